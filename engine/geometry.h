@@ -1,0 +1,72 @@
+// Planes, boxes and convex polygons in space. Polygons are spans of vertices, counter-clockwise
+// seen from the side their normal points to. All functions are pure; tolerances are absolute
+// lengths that the caller derives from its scene's size.
+#pragma once
+
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "engine/vec.h"
+
+namespace atrium {
+
+struct Plane {
+  Vec3 normal{0, 0, 1};  // unit
+  double offset = 0;     // dot(normal, x) = offset on the plane
+  double distance(const Vec3& x) const { return dot(normal, x) - offset; }
+  Plane flipped() const { return {-normal, -offset}; }
+};
+
+struct Box {
+  Vec3 lo{std::numeric_limits<double>::infinity()};
+  Vec3 hi{-std::numeric_limits<double>::infinity()};
+  bool empty() const { return !(lo.x <= hi.x); }
+  void extend(const Vec3& x);
+  void extend(const Box& b);
+  Vec3 center() const { return 0.5 * (lo + hi); }
+  Vec3 extent() const { return hi - lo; }
+  double diagonal() const { return empty() ? 0 : length(extent()); }
+  bool overlaps(const Box& b, double margin = 0) const;
+  bool contains(const Vec3& x, double margin = 0) const;
+};
+
+using Polygon = std::vector<Vec3>;
+using PolygonView = std::span<const Vec3>;
+
+Box bounds(PolygonView polygon);
+
+// Newell's normal, its length twice the area; right for any simple polygon.
+Vec3 area_vector(PolygonView polygon);
+double area(PolygonView polygon);    // m²
+Vec3 centroid(PolygonView polygon);  // of the area, planar polygons
+Plane plane_of(PolygonView polygon); // through the vertices' mean; normal zero if the area is
+
+// The largest distance of a vertex from plane_of(polygon).
+double planarity(PolygonView polygon);
+
+// The part of a convex polygon where plane.distance(x) >= 0; empty if nothing of area is left.
+// Vertices within `tolerance` of the plane count as on it.
+Polygon clip(PolygonView polygon, const Plane& plane, double tolerance);
+
+struct Split {
+  Polygon front, back;  // either may be empty
+};
+Split split(PolygonView polygon, const Plane& plane, double tolerance);
+
+// Is x, a point in the convex polygon's plane, inside it or within `tolerance` of it?
+bool contains(PolygonView polygon, const Vec3& normal, const Vec3& x, double tolerance);
+
+// Is the polygon convex, going by its own normal, up to `tolerance` metres of dent?
+bool is_convex(PolygonView polygon, double tolerance);
+
+// An orthonormal frame of a plane: u along the polygon's longest edge, n its normal.
+struct Frame {
+  Vec3 origin{0};
+  Vec3 u{1, 0, 0}, v{0, 1, 0}, n{0, 0, 1};
+  Vec3 to_space(const Vec2& p) const { return origin + p.x * u + p.y * v; }
+  Vec2 to_plane(const Vec3& x) const { return {dot(x - origin, u), dot(x - origin, v)}; }
+};
+Frame frame_of(PolygonView polygon);
+
+}  // namespace atrium
