@@ -36,6 +36,9 @@ struct Rows {
   }
 };
 
+// A patch has at most this many corners (a disc's outline is cut in parts).
+inline constexpr std::uint32_t kMaxPatchVertices = 16;
+
 struct Patch {
   SurfaceId surface;
   MaterialId material;

@@ -1,0 +1,101 @@
+// The main job: import, partition, order, and the iteration over complete gathers until the
+// solution is as exact as asked or a limit is reached. [THFH94 §4, the radiosity scheduler]
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/import/import.h"
+#include "engine/status.h"
+
+namespace atrium {
+
+struct SolveOptions {
+  ImportOptions scene;
+  std::string run_directory;
+  std::uint64_t memory = 512ull << 20;  // bytes, of everything that depends on the scene
+  std::uint64_t arena = 0;              // bytes of page cache; 0: a share of memory
+  double error = 0.02;                  // the error asked for
+  double residual = 0;                  // relative; 0: not asked for
+  std::uint64_t iterations = 0;         // complete gathers at most; 0: no limit
+  double time_limit = 0;                // s; 0: none
+  double min_edge = 0;                  // m; 0: by the scene
+  std::string order = "cell";           // order_names()
+  std::string policy = "lru";
+  int basis = 2;
+  std::string links = "auto";  // keep, discard, auto
+  std::uint64_t seed = 1;
+  int threads = 0;  // 0: all
+  std::string reference;  // points with known irradiance; empty: none
+  std::vector<std::string> force;
+};
+
+// A line of history.jsonl, figures of that iteration.
+struct HistoryLine {
+  double seconds = 0, cpu_seconds = 0;
+  std::uint64_t iteration = 0, clusters_gathered = 0;
+  double residual = 0;
+  double error_true = -1;  // -1: no reference
+  std::uint64_t elements = 0, links = 0, rays = 0;
+  std::uint64_t reads = 0, writes = 0, bytes_read = 0, bytes_written = 0;
+  double hit_ratio = 0;
+  double solver_seconds = 0, io_seconds = 0, stall_seconds = 0;
+  std::uint64_t max_working_set_bytes = 0, peak_rss_bytes = 0;
+};
+
+struct LeftOut {
+  std::string feature, why;
+};
+
+struct SolveSummary {
+  std::vector<std::string> scene;
+  std::uint64_t patches = 0, clusters = 0, cells = 0, portals = 0, lights = 0;
+  std::uint64_t iterations = 0, elements = 0, links = 0;
+  std::uint64_t max_working_set_bytes = 0, max_working_set_links = 0, max_working_set_elements = 0;
+  std::uint64_t links_processed = 0, total_data_bytes = 0, store_bytes = 0;
+  double flux_emitted = 0, flux_absorbed = 0, flux_escaped = 0;  // lm
+  double hit_ratio = 0;
+  std::uint64_t reads = 0, writes = 0, bytes_read = 0, bytes_written = 0, evictions = 0;
+  double solver_seconds = 0, io_seconds = 0, stall_seconds = 0, total_seconds = 0;
+  double residual = 0;
+  double error_true = -1;
+  std::string stop_reason;
+  int exit_code = 0;
+  std::vector<LeftOut> left_out;
+  int threads = 0;
+  std::uint64_t peak_rss_bytes = 0;
+};
+
+// What solve would do with a scene; also the first thing it does.
+struct Plan {
+  std::uint64_t clusters = 0, patches = 0, cells = 0, portals = 0, rooms = 0, lights = 0;
+  double visible_share = 0;           // pairs kept ÷ all pairs of clusters
+  std::uint64_t memory = 0, arena = 0;        // bytes, as they will be used
+  std::uint64_t smallest_memory = 0, smallest_arena = 0;  // that will do
+  double mean_irradiance_guess = 0;   // lx
+  double min_edge = 0;                // m
+  std::vector<LeftOut> left_out;
+  std::vector<std::string> warnings;
+};
+
+struct Progress {
+  std::uint64_t iteration = 0, gathered = 0, clusters = 0, elements = 0, links = 0;
+  double seconds = 0, residual = 0, eta_seconds = -1;  // eta of this iteration
+};
+
+// Called now and then between gathers.
+using ProgressCallback = std::function<void(const Progress&)>;
+using LogCallback = std::function<void(const std::string&)>;
+
+Result<Plan> plan(const SolveOptions& options);
+
+// Errors: kUsage (options, budget too small), kScene, kStore. A limit that was reached is no error:
+// exit_code 5 in the summary, the result kept.
+Result<SolveSummary> solve(const SolveOptions& options, const ProgressCallback& progress,
+                           const LogCallback& log);
+
+std::vector<std::string> order_names();
+
+}  // namespace atrium

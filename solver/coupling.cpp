@@ -1,0 +1,104 @@
+#include "solver/coupling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/check.h"
+#include "solver/form_factor.h"
+
+namespace atrium {
+
+namespace {
+
+// Within this many source radii the four nodes' kernel is no longer within a thousandth of the
+// closed form, which is then evaluated.
+constexpr double kNear = 4.0;
+
+double kernel_at(const Vec3& x, const Vec3& nx, const Vec3& y, const Vec3& ny) {
+  const Vec3 d = y - x;
+  const double cx = dot(nx, d), cy = -dot(ny, d);
+  if (cx <= 0 || cy <= 0) return 0;
+  const double d2 = dot(d, d);
+  return cx * cy / (std::numbers::pi * d2 * d2);
+}
+
+// One receiver point against all source nodes; returns the row's sum.
+double fill_row(const Vec3& x, const Vec3& n, const Site& source,
+                std::array<double, kMaxNodes>& row) {
+  double sum = 0;
+  for (int l = 0; l < source.nodes; ++l) {
+    row[l] = source.area * source.weight[l] * kernel_at(x, n, source.x[l], source.normal);
+    sum += row[l];
+  }
+  const Vec3 d = source.center - x;
+  const double near = kNear * source.radius;
+  if (dot(d, d) > near * near) return sum;
+  const double exact = point_to_polygon(x, n, source.polygon());
+  for (int l = 0; l < source.nodes; ++l)
+    row[l] = sum > 0 ? row[l] * (exact / sum) : exact * source.weight[l];
+  return exact;
+}
+
+}  // namespace
+
+Site make_site(const PatchView& patch, std::size_t i, std::span<const Vec2> part) {
+  ATRIUM_CHECK(part.size() <= kMaxOutline);
+  const Element& e = patch.elements[i];
+  const bool whole = part.data() == patch.polygon(e).data();
+  Element shape = e;
+  if (!whole) {
+    const Moments m = moments(part);
+    shape.area = m.area;
+    shape.centroid = m.centroid;
+    shape.radius = 0;
+    for (const Vec2& p : part)
+      shape.radius = std::max(shape.radius, std::hypot(p.x - m.centroid.x, p.y - m.centroid.y));
+  }
+  Site s;
+  s.normal = patch.head->frame.n;
+  s.center = patch.point(shape.centroid);
+  s.area = shape.area;
+  s.radius = shape.radius;
+  s.vertices = static_cast<int>(part.size());
+  for (int v = 0; v < s.vertices; ++v) s.outline[v] = patch.point(part[v]);
+  const Rule rule = quadrature(part, shape);
+  s.nodes = rule.count;
+  for (int q = 0; q < rule.count; ++q) {
+    s.x[q] = patch.point(rule.nodes[q].p);
+    s.weight[q] = rule.nodes[q].weight;
+    s.phi[q] = evaluate_basis(patch.basis_of(i), e, patch.order, rule.nodes[q].p);
+  }
+  return s;
+}
+
+Kernel make_kernel(const Site& receiver, const Site& source) {
+  Kernel k;
+  k.rows = receiver.nodes;
+  k.columns = source.nodes;
+  for (int i = 0; i < receiver.nodes; ++i) {
+    k.row[i] = fill_row(receiver.x[i], receiver.normal, source, k.g[i]);
+    k.mean += receiver.weight[i] * k.row[i];
+  }
+  std::array<double, kMaxNodes> unused;
+  k.center = fill_row(receiver.center, receiver.normal, source, unused);
+  return k;
+}
+
+void couple(const Site& receiver, const Site& source, const Kernel& kernel, VisibleMask visible,
+            int order, std::span<float> out) {
+  const int n = coefficient_count(order);
+  std::array<std::array<double, kMaxCoefficients>, kMaxCoefficients> sum{};
+  for (int k = 0; k < kernel.rows; ++k) {
+    std::array<double, kMaxCoefficients> at{};
+    for (int l = 0; l < kernel.columns; ++l)
+      if (visible & lane(k, l))
+        for (int b = 0; b < n; ++b) at[b] += kernel.g[k][l] * source.phi[l][b];
+    for (int a = 0; a < n; ++a)
+      for (int b = 0; b < n; ++b) sum[a][b] += receiver.weight[k] * receiver.phi[k][a] * at[b];
+  }
+  for (int a = 0; a < n; ++a)
+    for (int b = 0; b < n; ++b) out[a * n + b] = static_cast<float>(sum[a][b]);
+}
+
+}  // namespace atrium

@@ -1,0 +1,60 @@
+// Coupling coefficients between two elements: the kernel cosθ cosθ' / πr² at the nodes of both
+// [GSCH93 quadrature], each receiver node's row scaled to the exact configuration factor where the
+// source is near, and visibility entered node pair by node pair, never as a mean times a mean.
+//
+// Pure functions, any thread.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "engine/cluster_record.h"
+#include "solver/basis.h"
+
+namespace atrium {
+
+// A place that sends or receives: an element, or a convex part of one, with its nodes in space.
+// Basis values are those of the element, wherever the part lies in it.
+struct Site {
+  std::array<Vec3, kMaxNodes> x;
+  std::array<double, kMaxNodes> weight;  // sums to 1
+  std::array<BasisValues, kMaxNodes> phi;
+  int nodes = 0;
+  Vec3 normal{0};
+  Vec3 center{0};
+  double area = 0;
+  double radius = 0;
+  std::array<Vec3, kMaxOutline> outline;
+  int vertices = 0;
+
+  std::span<const Vec3> polygon() const { return {outline.data(), std::size_t(vertices)}; }
+};
+
+// The site of a part of element i given by its outline in the patch's frame.
+Site make_site(const PatchView& patch, std::size_t i, std::span<const Vec2> part);
+inline Site make_site(const PatchView& patch, std::size_t i) {
+  return make_site(patch, i, patch.polygon(patch.elements[i]));
+}
+
+// Row k, column l: share of the light that source node l's part of the source sends to receiver
+// node k; a row sums to the configuration factor of the source there. Unoccluded.
+struct Kernel {
+  std::array<std::array<double, kMaxNodes>, kMaxNodes> g{};
+  std::array<double, kMaxNodes> row{};
+  double center = 0;  // configuration factor at the receiver's centre
+  double mean = 0;    // form factor receiver → source
+  int rows = 0, columns = 0;
+};
+Kernel make_kernel(const Site& receiver, const Site& source);
+
+// Bit 4k+l: is receiver node k seen from source node l?
+using VisibleMask = std::uint16_t;
+inline constexpr VisibleMask kAllVisible = 0xffff;
+constexpr VisibleMask lane(int k, int l) { return VisibleMask(1u << (kMaxNodes * k + l)); }
+
+// Writes K×K coefficients, row: receiver's function.
+void couple(const Site& receiver, const Site& source, const Kernel& kernel, VisibleMask visible,
+            int order, std::span<float> out);
+
+}  // namespace atrium

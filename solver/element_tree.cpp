@@ -1,0 +1,176 @@
+#include "solver/element_tree.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "solver/basis.h"
+#include "solver/push_pull.h"
+
+namespace atrium {
+
+namespace {
+
+// A line in the patch's frame; left of it is where value() > 0.
+struct Line {
+  Vec2 normal{1, 0};
+  double offset = 0;
+  double value(const Vec2& p) const { return dot(normal, p) - offset; }
+};
+
+using Outline = std::vector<Vec2>;
+
+// The parts of a convex outline on either side; both get the same bits for the points between.
+std::array<Outline, 2> cut(std::span<const Vec2> outline, const Line& line, double tolerance) {
+  std::array<Outline, 2> parts;
+  const std::size_t n = outline.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec2 &a = outline[i], &b = outline[(i + 1) % n];
+    const double da = line.value(a), db = line.value(b);
+    if (da >= -tolerance) parts[0].push_back(a);
+    if (da <= tolerance) parts[1].push_back(a);
+    if ((da > tolerance && db < -tolerance) || (da < -tolerance && db > tolerance)) {
+      const Vec2 x = a + (b - a) * (da / (da - db));
+      parts[0].push_back(x);
+      parts[1].push_back(x);
+    }
+  }
+  return parts;
+}
+
+double area_of(const Outline& outline) {
+  return outline.size() < 3 ? 0 : moments(outline).area;
+}
+
+// Length of the part of a contact inside the element (Cyrus–Beck), 0 if it stays outside.
+double length_inside(std::span<const Vec2> outline, const Segment2& s) {
+  double t0 = 0, t1 = 1;
+  const Vec2 d = s.b - s.a;
+  const std::size_t n = outline.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec2 edge = outline[(i + 1) % n] - outline[i];
+    const Vec2 inward{-edge.y, edge.x};
+    const double at = dot(inward, s.a - outline[i]), along = dot(inward, d);
+    if (along == 0) {
+      if (at <= 0) return 0;
+      continue;
+    }
+    const double t = -at / along;
+    if (along > 0)
+      t0 = std::max(t0, t);
+    else
+      t1 = std::min(t1, t);
+    if (t0 >= t1) return 0;
+  }
+  return (t1 - t0) * std::hypot(d.x, d.y);
+}
+
+// The contact worth splitting along: the longest inside the element, if it is of the element's size.
+bool contact_line(const PatchTree& tree, const Element& element, Line& line) {
+  constexpr double kWorthwhile = 0.5;  // of the element's radius
+  constexpr double kLeastShare = 0.02;  // of the element's area, for either part
+  const std::span<const Vec2> outline = tree.view().polygon(element);
+  double best = kWorthwhile * element.radius;
+  bool found = false;
+  for (const Segment2& s : tree.contacts) {
+    const double inside = length_inside(outline, s);
+    if (inside <= best) continue;
+    const Vec2 d = (s.b - s.a) / std::hypot(s.b.x - s.a.x, s.b.y - s.a.y);
+    const Line candidate{{-d.y, d.x}, dot(Vec2{-d.y, d.x}, s.a)};
+    const std::array<Outline, 2> parts = cut(outline, candidate, 0);
+    if (std::min(area_of(parts[0]), area_of(parts[1])) < kLeastShare * element.area) continue;
+    if (std::max(parts[0].size(), parts[1].size()) > kMaxOutline) continue;
+    best = inside;
+    line = candidate;
+    found = true;
+  }
+  return found;
+}
+
+struct Extent {
+  Vec2 lo, hi;
+};
+
+Extent extent_of(std::span<const Vec2> outline) {
+  Extent e{outline[0], outline[0]};
+  for (const Vec2& p : outline) {
+    e.lo = {std::min(e.lo.x, p.x), std::min(e.lo.y, p.y)};
+    e.hi = {std::max(e.hi.x, p.x), std::max(e.hi.y, p.y)};
+  }
+  return e;
+}
+
+Line centroid_line(const Element& element, std::span<const Vec2> outline) {
+  const Extent e = extent_of(outline);
+  const Vec2 size = e.hi - e.lo;
+  const Vec2 normal = size.x >= size.y ? Vec2{1, 0} : Vec2{0, 1};
+  return {normal, dot(normal, element.centroid)};
+}
+
+// Appends an element with its basis; E is left zero.
+void append(PatchTree& tree, std::span<const Vec2> outline, std::int32_t parent) {
+  Element x;
+  const Moments m = moments(outline);
+  x.area = m.area;
+  x.centroid = m.centroid;
+  for (const Vec2& p : outline)
+    x.radius = std::max(x.radius, std::hypot(p.x - m.centroid.x, p.y - m.centroid.y));
+  x.parent = parent;
+  x.first_vertex = static_cast<std::uint32_t>(tree.vertices.size());
+  x.vertex_count = static_cast<std::uint32_t>(outline.size());
+  tree.vertices.insert(tree.vertices.end(), outline.begin(), outline.end());
+  tree.elements.push_back(x);
+  tree.e.resize(tree.e.size() + coefficient_count(tree.order) * kChannels, 0.0);
+  tree.basis.resize(tree.basis.size() + triangle_count(tree.order), 0.0);
+  const std::size_t i = tree.elements.size() - 1;
+  make_basis(outline, x, tree.order,
+             std::span(tree.basis).subspan(i * triangle_count(tree.order)));
+}
+
+}  // namespace
+
+PatchTree plant(const Model& model, const Scene& scene, PatchId patch, int order) {
+  const Patch& p = model.patches[patch.value];
+  const PolygonView polygon = model.polygon(p);
+  PatchTree tree;
+  tree.order = order;
+  tree.head.frame = frame_of(polygon);
+  tree.head.patch = patch.value;
+  tree.head.inert = p.inert;
+  if (!p.inert) {
+    const Material& m = scene.materials[p.material.value];
+    tree.head.reflectance = m.reflectance;
+    tree.head.exitance = m.exitance;
+  }
+  ATRIUM_CHECK(polygon.size() <= kMaxPatchVertices);
+  Outline outline;
+  for (const Vec3& x : polygon) outline.push_back(tree.head.frame.to_plane(x));
+  for (const Contact& c : model.contacts[patch.value])
+    tree.contacts.push_back({tree.head.frame.to_plane(c.a), tree.head.frame.to_plane(c.b)});
+  append(tree, outline, -1);
+  tree.head.area = tree.elements[0].area;
+  return tree;
+}
+
+bool split_leaf(PatchTree& tree, std::int32_t i, double min_edge) {
+  const Element element = tree.elements[i];
+  const std::span<const Vec2> outline = tree.view().polygon(element);
+  const Extent extent = extent_of(outline);
+  const double longer = std::max(extent.hi.x - extent.lo.x, extent.hi.y - extent.lo.y);
+  if (longer < 2 * min_edge) return false;
+  constexpr double kOnLine = 1e-9;  // of the radius: such a vertex lies on the cut
+  Line line;
+  if (!contact_line(tree, element, line)) line = centroid_line(element, outline);
+  const std::array<Outline, 2> parts = cut(outline, line, kOnLine * element.radius);
+  if (!(area_of(parts[0]) > 0) || !(area_of(parts[1]) > 0)) return false;
+  if (std::max(parts[0].size(), parts[1].size()) > kMaxOutline) return false;
+  const std::int32_t child = static_cast<std::int32_t>(tree.elements.size());
+  append(tree, parts[0], i);
+  append(tree, parts[1], i);
+  tree.elements[i].child = child;
+  hand_down(tree, i, child);
+  hand_down(tree, i, child + 1);
+  return true;
+}
+
+}  // namespace atrium

@@ -1,0 +1,58 @@
+#include "solver/gather.h"
+
+#include <algorithm>
+#include <array>
+
+namespace atrium {
+
+namespace {
+
+using Radiosity = std::array<Spectrum, kMaxCoefficients>;
+
+// B = M + ρE of an element, coefficient by coefficient.
+Radiosity radiosity_of(const PatchView& patch, std::size_t element) {
+  Radiosity b;
+  const std::span<const double> e = patch.e_of(element);
+  for (int i = 0; i < patch.k(); ++i)
+    b[i] = patch.head->reflectance * Spectrum{e[3 * i], e[3 * i + 1], e[3 * i + 2]};
+  b[0] += patch.head->exitance;
+  return b;
+}
+
+void add_to_mean(const Element& receiver, const Spectrum& b, double form_factor, double cap,
+                 RowMean& mean) {
+  const double w = form_factor * receiver.area, bright = luminance(b);
+  mean.light += w * (bright > cap ? b * (cap / bright) : b);
+  mean.weight += w;
+}
+
+}  // namespace
+
+void gather(const LinkSet& set, const ClusterView& source, int order,
+            std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean) {
+  const int k = coefficient_count(order);
+  const std::size_t stride = std::size_t(k) * kGatherChannels;
+  const float* coupling = set.couplings.data();
+  for (const LinkHead& link : set.links) {
+    const Radiosity b = radiosity_of(source.patch(link.source_patch), link.source);
+    double* g = &slots.g[link.receiver * stride];
+    add_to_mean(receiver[link.receiver], b[0], coupling[0], cap, mean);
+    for (int i = 0; i < k; ++i, g += kGatherChannels) {
+      g[kRowSum] += coupling[i * k];
+      for (int j = 0; j < k; ++j) {
+        const double f = coupling[i * k + j];
+        for (int c = 0; c < kChannels; ++c) g[c] += f * b[j][c];
+      }
+    }
+    coupling += k * k;
+  }
+  for (const ThinLink& link : set.thin) {
+    const Radiosity b = radiosity_of(source.patch(link.ends.source_patch), link.ends.source);
+    double* g = &slots.g[link.ends.receiver * stride];
+    add_to_mean(receiver[link.ends.receiver], b[0], link.coupling, cap, mean);
+    g[kRowSum] += link.coupling;
+    for (int c = 0; c < kChannels; ++c) g[c] += double(link.coupling) * b[0][c];
+  }
+}
+
+}  // namespace atrium

@@ -1,0 +1,21 @@
+// Gather: light across the links of a braid into the receiver's slots. [THFH94 §5.1 step 3(e)]
+#pragma once
+
+#include "engine/cluster_record.h"
+#include "solver/link.h"
+#include "solver/push_pull.h"
+
+namespace atrium {
+
+// What a patch receives in all, for the mean that closes its row.
+struct RowMean {
+  Spectrum light{0};  // Σ F·min(B, cap): sources brighter than the cap are lamps, not the room
+  double weight = 0;  // Σ F
+};
+
+// Adds set's transfers from `source` to the slots of one receiving patch.
+// cap: lm/m², luminance above which a source does not count in full in `mean`.
+void gather(const LinkSet& set, const ClusterView& source, int order,
+            std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean);
+
+}  // namespace atrium

@@ -1,0 +1,135 @@
+#include "solver/push_pull.h"
+
+#include <array>
+#include <cmath>
+
+#include "solver/basis.h"
+
+namespace atrium {
+
+namespace {
+
+using TwoScale = std::array<std::array<double, kMaxCoefficients>, kMaxCoefficients>;
+
+// H[i][j] = <φi of the child, φj of the parent> over the child, mean.
+TwoScale two_scale(const PatchView& v, const Element& parent, std::size_t pi, const Element& child,
+                   std::size_t ci) {
+  TwoScale h{};
+  const Rule rule = quadrature(v.polygon(child), child);
+  const int k = v.k();
+  for (int q = 0; q < rule.count; ++q) {
+    const Node& node = rule.nodes[q];
+    const BasisValues c = evaluate_basis(v.basis_of(ci), child, v.order, node.p);
+    const BasisValues p = evaluate_basis(v.basis_of(pi), parent, v.order, node.p);
+    for (int i = 0; i < k; ++i)
+      for (int j = 0; j < k; ++j) h[i][j] += node.weight * c[i] * p[j];
+  }
+  return h;
+}
+
+double squared(double x) { return x * x; }
+
+// Row closing: where nothing leaves the scene a row of form factors sums to 1; what is missing (or
+// too much) is taken to come from the room's mean. [facts: halves the time to 1%]
+void close_row(std::span<double> g, const Closing& closing) {
+  const double missing = 1 - g[kRowSum];
+  for (int c = 0; c < kChannels; ++c) g[c] += missing * closing.mean_radiosity[c];
+  g[kRowSum] = 1;
+}
+
+}  // namespace
+
+void PushPullSums::add(const PushPullSums& s) {
+  change2 += s.change2;
+  radiosity2 += s.radiosity2;
+  flux_in += s.flux_in;
+  area += s.area;
+  absorbed += s.absorbed;
+  reflected += s.reflected;
+  emitted += s.emitted;
+}
+
+void hand_down(PatchTree& tree, std::int32_t parent, std::int32_t child) {
+  const PatchView v = tree.view();
+  const TwoScale h = two_scale(v, tree.elements[parent], parent, tree.elements[child], child);
+  const int k = v.k();
+  double* from = &tree.e[std::size_t(parent) * k * kChannels];
+  double* to = &tree.e[std::size_t(child) * k * kChannels];
+  for (int i = 0; i < k; ++i)
+    for (int c = 0; c < kChannels; ++c) {
+      double sum = 0;
+      for (int j = 0; j < k; ++j) sum += h[i][j] * from[j * kChannels + c];
+      to[i * kChannels + c] = sum;
+    }
+}
+
+PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing) {
+  const PatchView v = tree.view();
+  const int k = v.k();
+  const std::size_t stride = std::size_t(k) * kGatherChannels;
+  std::vector<double>& g = slots.g;
+  std::vector<TwoScale> scales(tree.elements.size());
+
+  // Push: children stand behind their parent, so one sweep forward reaches every leaf.
+  for (std::size_t i = 1; i < tree.elements.size(); ++i) {
+    const std::size_t p = tree.elements[i].parent;
+    scales[i] = two_scale(v, tree.elements[p], p, tree.elements[i], i);
+    for (int a = 0; a < k; ++a)
+      for (int b = 0; b < k; ++b)
+        for (int c = 0; c < kGatherChannels; ++c)
+          g[i * stride + a * kGatherChannels + c] +=
+              scales[i][a][b] * g[p * stride + b * kGatherChannels + c];
+  }
+
+  PushPullSums sums;
+  for (std::size_t i = tree.elements.size(); i-- > 0;) {
+    Element& x = tree.elements[i];
+    double* e = &tree.e[i * k * kChannels];
+    double old[kMaxCoefficients * kChannels];
+    for (int n = 0; n < k * kChannels; ++n) old[n] = e[n];
+    if (x.leaf()) {
+      if (closing.closed) close_row(std::span(g).subspan(i * stride, stride), closing);
+      for (int a = 0; a < k; ++a)
+        for (int c = 0; c < kChannels; ++c)
+          e[a * kChannels + c] = g[i * stride + a * kGatherChannels + c];
+      x.detail = 0;
+    } else {
+      // Pull: the L2 projection of the children's E, and the norm of what it leaves out.
+      for (int n = 0; n < k * kChannels; ++n) e[n] = 0;
+      double norm2 = 0;
+      for (std::size_t ci = x.child; ci < std::size_t(x.child) + 2; ++ci) {
+        const Element& child = tree.elements[ci];
+        const double share = child.area / x.area;
+        const double* ce = &tree.e[ci * k * kChannels];
+        norm2 += share * squared(child.detail);
+        for (int b = 0; b < k; ++b) {
+          norm2 += share * squared(luminance({ce[b * 3], ce[b * 3 + 1], ce[b * 3 + 2]}));
+          for (int a = 0; a < k; ++a)
+            for (int c = 0; c < kChannels; ++c)
+              e[a * kChannels + c] += share * scales[ci][b][a] * ce[b * kChannels + c];
+        }
+      }
+      for (int a = 0; a < k; ++a)
+        norm2 -= squared(luminance({e[a * 3], e[a * 3 + 1], e[a * 3 + 2]}));
+      x.detail = std::sqrt(std::max(0.0, norm2));
+      continue;
+    }
+    const Spectrum& rho = tree.head.reflectance;
+    for (int a = 0; a < k; ++a) {
+      const Spectrum now{e[a * 3], e[a * 3 + 1], e[a * 3 + 2]};
+      const Spectrum was{old[a * 3], old[a * 3 + 1], old[a * 3 + 2]};
+      const Spectrum b = rho * now + (a == 0 ? tree.head.exitance : Spectrum{0});
+      sums.change2 += x.area * squared(luminance(rho * (now - was)));
+      sums.radiosity2 += x.area * squared(luminance(b));
+    }
+    const Spectrum mean{e[0], e[1], e[2]};
+    sums.flux_in += x.area * luminance(mean);
+    sums.area += x.area;
+    sums.absorbed += x.area * (Spectrum{1} - rho) * mean;
+    sums.reflected += x.area * rho * mean;
+    sums.emitted += x.area * tree.head.exitance;
+  }
+  return sums;
+}
+
+}  // namespace atrium

@@ -1,0 +1,50 @@
+// Push and pull over a patch's element tree. [HSA91; THFH94 §5.1 step 4]
+//
+// A gather leaves on every element what arrived at it across its own links. push_pull hands each
+// parent's part down to its children (exact: the child's space holds the parent's), and pulls up
+// each parent's E as the L2 projection of its children's. A fourth channel carries the form factors:
+// what E would be were every source's radiosity 1.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "engine/cluster_record.h"
+
+namespace atrium {
+
+inline constexpr int kGatherChannels = kChannels + 1;  // the last: row sum of form factors
+inline constexpr int kRowSum = kChannels;
+
+// Gathered coefficients of a tree, elements × K × kGatherChannels.
+struct GatherSlots {
+  std::vector<double> g;
+  void reset(std::size_t elements, int k) { g.assign(elements * k * kGatherChannels, 0.0); }
+  // New elements start empty.
+  void grow(std::size_t elements, int k) { g.resize(elements * k * kGatherChannels, 0.0); }
+};
+
+// What the cluster's room looks like to rows that do not sum to what they must.
+struct Closing {
+  bool closed = false;         // no direction from this patch leaves the scene: rows sum to 1
+  Spectrum mean_radiosity{0};  // lm/m², of what the patch sees
+};
+
+struct PushPullSums {
+  double change2 = 0;   // ∫ |ΔB|² dA over leaves, luminance
+  double radiosity2 = 0;  // ∫ |B|² dA
+  double flux_in = 0;   // ∫ E dA, luminance, lm
+  double area = 0;      // m²
+  Spectrum absorbed{0};  // ∫ (1-ρ) E dA
+  Spectrum reflected{0};  // ∫ ρ E dA
+  Spectrum emitted{0};    // ∫ M dA
+  void add(const PushPullSums& s);
+};
+
+// Replaces the tree's E by what was gathered; `slots` is consumed.
+PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing);
+
+// Sets a child's E to its parent's polynomial, expressed in the child's basis.
+void hand_down(PatchTree& tree, std::int32_t parent, std::int32_t child);
+
+}  // namespace atrium

@@ -1,0 +1,314 @@
+#include "solver/refine.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "solver/element_tree.h"
+
+namespace atrium {
+
+namespace {
+
+// A transfer is thin where all of it, not its error alone, weighs less than this share of what a
+// link's error may.
+constexpr double kThin = 0.2;
+// Root mean square error left by a mixed bundle of 16 segments, relative to √(v(1-v)) of the transfer.
+constexpr double kMixed = 0.5;
+// The same for a bundle that agrees on every segment though something may stand between.
+constexpr double kUnsure = 0.02;
+// From centre against mean of a parabola's four Gauss nodes to the root mean square of its misfit to a
+// plane: √(4/45) / (1/3).
+constexpr double kBowl = 0.894;
+
+double squared(double x) { return x * x; }
+
+// All of the polygon behind the plane through x with normal n, or on it?
+bool behind(std::span<const Vec3> polygon, const Vec3& x, const Vec3& n, double tolerance) {
+  for (const Vec3& v : polygon)
+    if (dot(n, v - x) > tolerance) return false;
+  return true;
+}
+
+bool facing(const Site& a, const Site& b, double tolerance) {
+  if (dot(a.normal, b.center - a.center) < -b.radius) return false;
+  if (dot(b.normal, a.center - b.center) < -a.radius) return false;
+  return !behind(b.polygon(), a.center, a.normal, tolerance) &&
+         !behind(a.polygon(), b.center, b.normal, tolerance);
+}
+
+// An upper bound, nearly, of the form factor receiver → source.
+double form_factor_bound(const Site& r, const Site& s) {
+  const Vec3 d = s.center - r.center;
+  const double gap2 = squared(std::max(0.0, length(d) - r.radius - s.radius));
+  return std::min(1.0, s.area / (3.14159265358979 * gap2 + 1e-300));
+}
+
+// Misfit of the receiver's basis to the transfer across its nodes and centre, as a form factor.
+double misfit(const Site& r, const Kernel& kernel, VisibleMask visible, int order) {
+  const int n = coefficient_count(order);
+  std::array<double, kMaxNodes> f{};
+  std::array<double, kMaxCoefficients> fit{};
+  for (int k = 0; k < kernel.rows; ++k) {
+    for (int l = 0; l < kernel.columns; ++l)
+      if (visible & lane(k, l)) f[k] += kernel.g[k][l];
+    for (int a = 0; a < n; ++a) fit[a] += r.weight[k] * r.phi[k][a] * f[k];
+  }
+  double rest2 = 0;
+  for (int k = 0; k < kernel.rows; ++k) {
+    double at = 0;
+    for (int a = 0; a < n; ++a) at += fit[a] * r.phi[k][a];
+    rest2 += r.weight[k] * squared(f[k] - at);
+  }
+  const double bowl = kBowl * (kernel.center - kernel.mean);
+  return std::sqrt(rest2 + squared(bowl));
+}
+
+// Spread over the source of the receiver's sensitivity to it, as a form factor.
+double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
+  double sum = 0;
+  for (int l = 0; l < kernel.columns; ++l) {
+    double at = 0;
+    for (int k = 0; k < kernel.rows; ++k) at += r.weight[k] * kernel.g[k][l];
+    sum += squared(at) / s.weight[l];
+  }
+  return std::sqrt(std::max(0.0, sum - squared(kernel.mean)));
+}
+
+double seen_share(const Site& r, const Kernel& kernel, VisibleMask visible) {
+  double seen = 0, all = 0;
+  for (int k = 0; k < kernel.rows; ++k)
+    for (int l = 0; l < kernel.columns; ++l) {
+      const double g = r.weight[k] * kernel.g[k][l];
+      all += g;
+      if (visible & lane(k, l)) seen += g;
+    }
+  return all > 0 ? seen / all : 0;
+}
+
+std::uint32_t mix(std::uint32_t x) {  // a hash of the pair, never a running generator
+  x ^= x >> 16;
+  x *= 0x7feb352du;
+  x ^= x >> 15;
+  x *= 0x846ca68bu;
+  return x ^ (x >> 16);
+}
+
+// The two halves of an outline, through its centroid across its longer extent.
+void halve(std::span<const Vec2> outline, std::vector<Vec2>& a, std::vector<Vec2>& b) {
+  Vec2 lo = outline[0], hi = outline[0];
+  for (const Vec2& p : outline) {
+    lo = {std::min(lo.x, p.x), std::min(lo.y, p.y)};
+    hi = {std::max(hi.x, p.x), std::max(hi.y, p.y)};
+  }
+  const int axis = hi.x - lo.x >= hi.y - lo.y ? 0 : 1;
+  const double at = moments(outline).centroid[axis];
+  const std::size_t n = outline.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const Vec2 &p = outline[i], &q = outline[(i + 1) % n];
+    const double dp = p[axis] - at, dq = q[axis] - at;
+    if (dp <= 0) a.push_back(p);
+    if (dp >= 0) b.push_back(p);
+    if (dp * dq < 0) {
+      const Vec2 x = p + (q - p) * (dp / (dp - dq));
+      a.push_back(x);
+      b.push_back(x);
+    }
+  }
+}
+
+}  // namespace
+
+void RefineCounters::add(const RefineCounters& c) {
+  links += c.links;
+  thin_links += c.thin_links;
+  rays += c.rays;
+  packets += c.packets;
+  kernels += c.kernels;
+  splits += c.splits;
+}
+
+SourceRoots::SourceRoots(const ClusterView& source) {
+  for (std::size_t p = 0; p < source.size(); ++p) {
+    patches.push_back(source.patch(p));
+    sites.push_back(make_site(patches.back(), 0));
+  }
+}
+
+void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out) {
+  tree_ = &receiver;
+  out_ = &out;
+  const Site root = make_site(receiver.view(), 0);
+  for (std::size_t q = 0; q < source.patches.size(); ++q) {
+    const PatchHead& head = *source.patches[q].head;
+    if (head.inert || head.patch == receiver.head.patch) continue;
+    if (!facing(root, source.sites[q], settings_.tolerance)) continue;
+    descend(0, root, make_source(source.patches[q], static_cast<std::uint32_t>(q), 0,
+                                 &source.sites[q]));
+  }
+  flush_thin();
+}
+
+Refiner::Source Refiner::make_source(const PatchView& patch, std::uint32_t index,
+                                     std::int32_t element, const Site* site) const {
+  Source s;
+  s.patch = &patch;
+  s.patch_index = index;
+  s.element = element;
+  s.site = site ? *site : make_site(patch, element);
+  const std::span<const double> e = patch.e_of(element);
+  const Spectrum& rho = patch.head->reflectance;
+  const double gathered = luminance(rho * Spectrum{e[0], e[1], e[2]});
+  const double assumed = luminance(rho) * settings_.ambient;
+  s.radiosity = luminance(patch.head->exitance) + std::max(gathered, assumed);
+  s.detail = luminance(rho) * patch.elements[element].detail;
+  return s;
+}
+
+// What a unit of irradiance error on this element weighs.
+double Refiner::weight(std::int32_t receiver) const {
+  const Element& x = tree_->elements[receiver];
+  const double* e = &tree_->e[std::size_t(receiver) * coefficient_count(tree_->order) * kChannels];
+  const double here = luminance({e[0], e[1], e[2]});
+  return std::sqrt(x.area / settings_.reference_area) / std::max(settings_.mean_irradiance, here);
+}
+
+void Refiner::descend(std::int32_t receiver, const Site& site, const Source& source) {
+  const double w = weight(receiver);
+  const double bound = source.radiosity * form_factor_bound(site, source.site);
+  if (bound * w < kThin * settings_.threshold) return thin_link(receiver, site, source);
+
+  const Kernel kernel = make_kernel(site, source.site);
+  ++counters_.kernels;
+  if (!(kernel.mean > 0) && !(kernel.center > 0) &&
+      !facing(site, source.site, settings_.tolerance))
+    return;
+
+  // What the shape alone gets wrong needs no ray to be known.
+  const int order = tree_->order;
+  const double shape = source.radiosity * misfit(site, kernel, kAllVisible, order);
+  const double variation = source.detail * sensitivity_spread(site, source.site, kernel);
+  VisibleMask visible = kAllVisible;
+  double shadow = 0, seen_shape = shape;
+  if (rays_ && kernel.mean > 0) {
+    visible = look(site, source.site, kernel);
+    const double v = seen_share(site, kernel, visible);
+    const double transfer = source.radiosity * kernel.mean;
+    shadow = transfer * std::max(kUnsure, kMixed * std::sqrt(v * (1 - v)));
+    seen_shape = v > 0 ? source.radiosity * misfit(site, kernel, visible, order) : 0;
+    if (v == 0) seen_shape = 0;
+  }
+  const double error = std::sqrt(squared(seen_shape) + squared(shadow) + squared(variation));
+  if (error * w <= settings_.threshold)
+    return full_link(receiver, site, source, kernel, visible);
+
+  const bool source_first =
+      variation > std::max(seen_shape, shadow) ||
+      (shadow > seen_shape && source.site.radius > site.radius) ||
+      source.site.radius > 4 * site.radius;
+  if (source_first && descend_source(receiver, site, source)) return;
+  if (!tree_->elements[receiver].leaf() || split_leaf(*tree_, receiver, settings_.min_edge)) {
+    descend_receiver(receiver, source);
+    return;
+  }
+  if (!source_first && descend_source(receiver, site, source)) return;
+  full_link(receiver, site, source, kernel, visible);
+}
+
+void Refiner::descend_receiver(std::int32_t receiver, const Source& source) {
+  ++counters_.splits;
+  const std::int32_t child = tree_->elements[receiver].child;
+  for (std::int32_t c = child; c < child + 2; ++c) {
+    const Site site = make_site(tree_->view(), c);
+    if (facing(site, source.site, settings_.tolerance)) descend(c, site, source);
+  }
+}
+
+bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Source& source) {
+  const Element& x = source.patch->elements[source.element];
+  if (!source.part && !x.leaf()) {
+    for (std::int32_t c = x.child; c < x.child + 2; ++c) {
+      const Source half = make_source(*source.patch, source.patch_index, c, nullptr);
+      if (facing(site, half.site, settings_.tolerance)) descend(receiver, site, half);
+    }
+    return true;
+  }
+  // A leaf is cut in parts for better quadrature only: links still lead to the leaf.
+  if (source.site.radius < settings_.min_edge) return false;
+  std::vector<Vec2> outline, parts[2];
+  for (const Vec3& p : source.site.polygon()) outline.push_back(source.patch->head->frame.to_plane(p));
+  halve(outline, parts[0], parts[1]);
+  if (std::max(parts[0].size(), parts[1].size()) > kMaxOutline) return false;
+  for (const std::vector<Vec2>& part : parts) {
+    if (part.size() < 3) continue;
+    Source half = source;
+    half.part = true;
+    half.site = make_site(*source.patch, source.element, part);
+    if (facing(site, half.site, settings_.tolerance)) descend(receiver, site, half);
+  }
+  return true;
+}
+
+VisibleMask Refiner::look(const Site& receiver, const Site& source, const Kernel& kernel) {
+  SegmentPacket packet;
+  VisibleMask asked = 0;
+  for (int k = 0; k < kernel.rows; ++k)
+    for (int l = 0; l < kernel.columns; ++l)
+      if (kernel.g[k][l] > 0) {
+        packet.set(kMaxNodes * k + l, receiver.x[k], source.x[l]);
+        asked |= lane(k, l);
+        ++counters_.rays;
+      }
+  ++counters_.packets;
+  return VisibleMask(asked & ~rays_->occluded16(packet));
+}
+
+void Refiner::full_link(std::int32_t receiver, const Site& site, const Source& source,
+                        const Kernel& kernel, VisibleMask visible) {
+  if (visible == 0 || !(kernel.mean > 0)) return;
+  const int n = coefficient_count(tree_->order);
+  const std::size_t at = out_->couplings.size();
+  out_->couplings.resize(at + n * n);
+  couple(site, source.site, kernel, visible, tree_->order,
+         std::span(out_->couplings).subspan(at, n * n));
+  out_->links.push_back({static_cast<std::uint32_t>(receiver), source.patch_index,
+                         static_cast<std::uint32_t>(source.element)});
+  ++counters_.links;
+}
+
+// One node pair, drawn by a hash of the pair, stands for the whole transfer.
+void Refiner::thin_link(std::int32_t receiver, const Site& site, const Source& source) {
+  const std::uint32_t hash = mix(mix(tree_->head.patch * 0x9e3779b9u + receiver) ^
+                                 mix(source.patch->head->patch * 0x85ebca6bu + source.element));
+  const Vec3& x = site.x[hash % site.nodes];
+  const Vec3& y = source.site.x[(hash >> 8) % source.site.nodes];
+  const Vec3 d = y - x;
+  const double cx = dot(site.normal, d), cy = -dot(source.site.normal, d);
+  if (cx <= 0 || cy <= 0) return;
+  const double d2 = dot(d, d);
+  const double coupling =
+      source.site.area * cx * cy / (d2 * (3.14159265358979 * d2 + source.site.area));
+  waiting_.push_back({{static_cast<std::uint32_t>(receiver), source.patch_index,
+                       static_cast<std::uint32_t>(source.element)},
+                      static_cast<float>(coupling), x, y});
+  if (waiting_.size() == kPacketWidth) flush_thin();
+}
+
+void Refiner::flush_thin() {
+  std::uint16_t blocked = 0;
+  if (rays_ && !waiting_.empty()) {
+    SegmentPacket packet;
+    for (std::size_t i = 0; i < waiting_.size(); ++i)
+      packet.set(static_cast<int>(i), waiting_[i].from, waiting_[i].to);
+    counters_.rays += waiting_.size();
+    ++counters_.packets;
+    blocked = rays_->occluded16(packet);
+  }
+  for (std::size_t i = 0; i < waiting_.size(); ++i)
+    if (!(blocked >> i & 1)) {
+      out_->thin.push_back({waiting_[i].ends, waiting_[i].coupling});
+      ++counters_.thin_links;
+    }
+  waiting_.clear();
+}
+
+}  // namespace atrium

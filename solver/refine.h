@@ -1,0 +1,91 @@
+// Refinement: which pairs of elements are linked, between which levels. Coarse pairs first; a pair
+// whose link would be in error by more than it may is split, the receiver where its shape misses
+// the transfer, the source where its own variation or a shadow's edge is at fault. The error of a
+// link is weighed by the radiosity that crosses it, by the light that is there already, and by the
+// receiver's area: what counts is what reaches the picture. [HSA91; facts: error × area^½]
+//
+// One Refiner works for one receiving patch at a time; several work side by side on several patches.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/cluster_record.h"
+#include "solver/coupling.h"
+#include "solver/link.h"
+#include "visibility/occlusion.h"
+
+namespace atrium {
+
+struct RefineSettings {
+  double threshold = 0.02;       // of the weighed error of a link
+  double mean_irradiance = 1;    // lm/m², luminance over lit surfaces: the scale of errors
+  double ambient = 0;            // lm/m², irradiance assumed where nothing was gathered yet
+  double reference_area = 1;     // m², what a surface sees, in the mean
+  double min_edge = 0.0254;      // m, no element is split below it
+  double tolerance = 1e-5;       // m, the scene's
+};
+
+struct RefineCounters {
+  std::uint64_t links = 0, thin_links = 0, rays = 0, packets = 0, kernels = 0, splits = 0;
+  void add(const RefineCounters& c);
+};
+
+// A source cluster's patches, ready to be linked to: sites of the roots and their planes.
+struct SourceRoots {
+  std::vector<PatchView> patches;
+  std::vector<Site> sites;
+  explicit SourceRoots(const ClusterView& source);
+  SourceRoots() = default;
+};
+
+class Refiner {
+ public:
+  // rays: what may stand between; null where nothing can.
+  Refiner(const RefineSettings& settings, const RayScene* rays) : settings_(settings), rays_(rays) {}
+
+  // 3(d) Install( links in Braid(R, S, T) ) for one patch of R: top-level links between visible patch
+  // pairs, refined on the spot. Splits leaves of `receiver`. [THFH94 §5.1]
+  void link(PatchTree& receiver, const SourceRoots& source, LinkSet& out);
+
+  const RefineCounters& counters() const { return counters_; }
+
+ private:
+  // One end of a pair on its way down. A source may be a part of a leaf.
+  struct Source {
+    const PatchView* patch = nullptr;
+    std::uint32_t patch_index = 0;
+    std::int32_t element = 0;
+    bool part = false;
+    Site site;
+    double radiosity = 0;  // lm/m², luminance, mean
+    double detail = 0;     // lm/m², of B's variation below this element
+  };
+  struct Waiting {  // a thin link before its ray
+    LinkHead ends;
+    float coupling;
+    Vec3 from, to;
+  };
+
+  Source make_source(const PatchView& patch, std::uint32_t index, std::int32_t element,
+                     const Site* site) const;
+  void descend(std::int32_t receiver, const Site& site, const Source& source);
+  void descend_receiver(std::int32_t receiver, const Source& source);
+  bool descend_source(std::int32_t receiver, const Site& site, const Source& source);
+  void thin_link(std::int32_t receiver, const Site& site, const Source& source);
+  void flush_thin();
+  void full_link(std::int32_t receiver, const Site& site, const Source& source,
+                 const Kernel& kernel, VisibleMask visible);
+  VisibleMask look(const Site& receiver, const Site& source, const Kernel& kernel);
+  double weight(std::int32_t receiver) const;
+
+  RefineSettings settings_;
+  const RayScene* rays_;
+  RefineCounters counters_;
+  PatchTree* tree_ = nullptr;
+  LinkSet* out_ = nullptr;
+  std::vector<Waiting> waiting_;
+};
+
+}  // namespace atrium
