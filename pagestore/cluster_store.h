@@ -1,0 +1,233 @@
+// ClusterStore: cluster records between disk and a fixed arena. "The database supports the
+// operations of reading, dirtying, and releasing clusters. Releases of dirty data result in
+// deferred writes to persistent storage." [THFH94 §4]
+//
+//   ClusterPin source = store.read(id);       reads, pins; its destruction releases
+//   ClusterEdit receiver = store.edit(id);    reads, pins, dirties; may grow the record
+//
+// Invariants:
+//  1. The arena is exact: records in memory, headers and rounding to granules included, never
+//     exceed arena_bytes. A pinned record is never evicted and never moves; only
+//     ClusterEdit::resize moves a record, and then its edit is the only pin on it.
+//  2. Dirty records reach the disk when they are evicted or at a checkpoint, never otherwise. A
+//     record created and not evicted is first written by the checkpoint.
+//  3. What the last durable root names is never changed in place: after a crash at any instant
+//     the store opens as it was at the last checkpoint.
+//  4. Every record is checked (id, store, epoch, hashes) when it is brought in.
+//  5. After a failed sync or root write nothing is written any more: every later write or
+//     checkpoint repeats that first error. Reads of what is intact go on.
+//
+// Thread safety: one thread at a time calls the store, its pins' constructors, destructors and
+// resize included. The bytes of pins may be read by any number of threads meanwhile, and those of
+// edits written, until the pin is destroyed or resized.
+//
+// Errors: Code::kStore for the disk and what is on it, Code::kUsage where the arena is too small
+// (the remedy names the size that will do). Asking for a record that does not exist, or creating
+// one that does, is a mistake of the caller and checked.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "engine/status.h"
+#include "pagestore/directory.h"
+#include "pagestore/record.h"
+
+namespace atrium {
+
+class Arena;
+class ClusterStore;
+class Disk;
+class DiskLock;
+class PageFile;
+class Policy;
+struct Root;
+
+struct StoreOptions {
+  std::size_t arena_bytes = std::size_t{32} << 20;  // rounded down to granules
+  std::string policy = "lru";                       // a name of pagestore/policy.h's table
+  Disk* disk = nullptr;                             // nullptr: the machine's own
+};
+
+// kReadOnly takes no lock, may look at a live run, and fails where the newest root does not
+// verify; kReadWrite takes the lock and goes on from the older root then (recovery_note says so).
+enum class OpenMode { kReadOnly, kReadWrite };
+
+// Counts since the store was opened. Bytes are payload bytes.
+struct StoreCounters {
+  std::uint64_t requests = 0;  // read() and edit() that succeeded
+  std::uint64_t reads = 0;     // records brought into the arena
+  std::uint64_t writes = 0;    // records brought back to disk, by eviction or checkpoint
+  std::uint64_t bytes_read = 0;
+  std::uint64_t bytes_written = 0;
+  std::uint64_t checkpoint_writes = 0;  // of writes: those by checkpoints (the final flush)
+  std::uint64_t checkpoint_bytes = 0;
+  std::uint64_t evictions = 0;
+  std::uint64_t fragmentation_evictions = 0;  // of evictions: room enough, but in pieces
+  std::uint64_t checkpoints = 0;
+  std::uint64_t overhead_bytes = 0;  // written besides payloads: headers, padding, directory, roots
+  double io_seconds = 0;             // inside calls to the disk
+
+  std::uint64_t hits() const { return requests - reads; }
+  double hit_ratio() const {  // 1 - reads / requests; 1 where nothing was requested
+    return requests == 0 ? 1.0 : 1.0 - static_cast<double>(reads) / static_cast<double>(requests);
+  }
+  StoreCounters operator-(const StoreCounters& before) const;  // what happened since `before`
+};
+
+// A record held in the arena for reading; several on one record are allowed.
+class [[nodiscard]] ClusterPin {
+ public:
+  ClusterPin() = default;
+  ClusterPin(ClusterPin&& other) noexcept { swap(other); }
+  ClusterPin& operator=(ClusterPin&& other) noexcept {
+    ClusterPin(std::move(other)).swap(*this);
+    return *this;
+  }
+  ~ClusterPin();
+
+  RecordId id() const { return id_; }
+  std::span<const std::byte> bytes() const { return bytes_; }  // 64-byte aligned
+
+ private:
+  friend class ClusterStore;
+  ClusterPin(ClusterStore& store, StoredRecord& record);
+  void swap(ClusterPin& other) noexcept;
+
+  ClusterStore* store_ = nullptr;
+  StoredRecord* record_ = nullptr;
+  RecordId id_;
+  std::span<const std::byte> bytes_;
+};
+
+// A record held in the arena to be changed: dirty from here on, released at destruction.
+class [[nodiscard]] ClusterEdit {
+ public:
+  ClusterEdit() = default;
+  ClusterEdit(ClusterEdit&& other) noexcept { swap(other); }
+  ClusterEdit& operator=(ClusterEdit&& other) noexcept {
+    ClusterEdit(std::move(other)).swap(*this);
+    return *this;
+  }
+  ~ClusterEdit();
+
+  RecordId id() const { return id_; }
+  std::span<std::byte> bytes() const { return bytes_; }  // 64-byte aligned
+
+  // Makes the record `size` bytes long: what it held is kept, what is new is zero. May move it and
+  // evict others; spans from bytes() before are void. This must be the only pin on the record.
+  // On error the record is as it was.
+  Status resize(std::size_t size);
+
+ private:
+  friend class ClusterStore;
+  ClusterEdit(ClusterStore& store, StoredRecord& record);
+  void swap(ClusterEdit& other) noexcept;
+
+  ClusterStore* store_ = nullptr;
+  StoredRecord* record_ = nullptr;
+  RecordId id_;
+  std::span<std::byte> bytes_;
+};
+
+class ClusterStore {
+ public:
+  // Makes an empty store in `dir` (made if missing), durable on return. Refuses (kUsage) a
+  // directory that holds one already; one whose making was cut short is made anew.
+  static Result<std::unique_ptr<ClusterStore>> create(const std::string& dir,
+                                                      const StoreOptions& options);
+  static Result<std::unique_ptr<ClusterStore>> open(const std::string& dir,
+                                                    const StoreOptions& options, OpenMode mode);
+  // Discards what was not checkpointed. No pin may be left.
+  ~ClusterStore();
+  ClusterStore(const ClusterStore&) = delete;
+  ClusterStore& operator=(const ClusterStore&) = delete;
+
+  Result<ClusterPin> read(RecordId id);
+  Result<ClusterEdit> edit(RecordId id);                                  // kReadWrite only
+  Status create_record(RecordId id, std::span<const std::byte> payload);  // kReadWrite only
+  bool contains(RecordId id) const { return records_.contains(id); }
+  std::size_t size(RecordId id) const;       // payload bytes
+  std::vector<RecordId> record_ids() const;  // sorted
+
+  // Tells the disk that these will be read soon; records already in the arena are passed over.
+  void will_read(std::span<const RecordId> ids);
+
+  // Makes everything durable, `state` (the caller's own, opaque) with it. No edit may be out.
+  Status checkpoint(std::span<const std::byte> state);
+  std::span<const std::byte> state() const { return state_; }  // of the last durable root
+  std::uint64_t epoch() const { return epoch_; }  // checkpoints since creation, that one counted
+
+  // Where opening had to pass over a root that does not verify: which, why, and what was done. Ok
+  // otherwise.
+  const Status& recovery_note() const { return recovery_note_; }
+
+  // Reads everything the roots name from disk and checks it: roots, directories, states, every
+  // header, payload and padding. The error names the record and its place.
+  Status verify_all();
+
+  const StoreCounters& counters() const { return counters_; }  // copy and subtract for a span
+
+  std::uint64_t live_bytes() const;                 // payload bytes of all records
+  std::uint64_t live_bytes(RecordKind kind) const;  // of one kind
+  std::uint64_t file_bytes() const;                 // of the page files on disk
+
+  // What a record of `payload_bytes` takes in the arena: header, and whole granules.
+  static std::size_t arena_cost(std::size_t payload_bytes);
+  std::size_t arena_bytes() const;
+  std::size_t arena_used_bytes() const;
+  std::size_t arena_peak_bytes() const;
+  std::size_t pinned_bytes() const { return pinned_bytes_; }  // of the arena
+  std::size_t pinned_peak_bytes() const { return pinned_peak_bytes_; }
+  // Memory beside the arena: the directory, and the image of it that a checkpoint makes.
+  std::size_t directory_bytes() const;
+
+ private:
+  friend class ClusterPin;
+  friend class ClusterEdit;
+
+  ClusterStore(std::string dir, const StoreOptions& options, OpenMode mode);
+
+  Status open_arena(const StoreOptions& options);
+  Status lock_directory();
+  Status load_newest_root();
+  Status load_root(const Root& root);
+  Status bring_in(StoredRecord& record);
+  Result<std::uint64_t> make_room(std::uint64_t granules);
+  Status evict(StoredRecord& victim);
+  Status write_back(StoredRecord& record);
+  Status write_own_record(RecordId id, std::span<const std::byte> payload, StoredRecord& record);
+  Status resize(StoredRecord& record, std::size_t size);
+  Status arena_too_small(RecordId id, std::uint64_t granules) const;
+  Status pin(RecordId id, StoredRecord*& record);
+  void release(StoredRecord& record);
+  std::span<std::byte> payload_of(const StoredRecord& record) const;
+  Status refuse_writes() const;
+
+  std::string dir_;
+  OpenMode mode_;
+  Disk& disk_;
+  std::unique_ptr<DiskLock> lock_;
+  std::unique_ptr<PageFile> pages_;
+  std::unique_ptr<Arena> arena_;
+  std::unique_ptr<Policy> policy_;
+  StoreUuid uuid_{};
+  std::uint64_t epoch_ = 0;  // of the last durable root; what is written now belongs to epoch_ + 1
+  std::unordered_map<RecordId, StoredRecord> records_;
+  std::unique_ptr<StoredRecord> directory_record_, state_record_;
+  std::vector<std::byte> state_;
+  Status recovery_note_;
+  Status failed_;  // the first failure that nothing may be written after
+  StoreCounters counters_;
+  std::array<std::uint64_t, kRecordKinds> live_bytes_{};
+  std::size_t pinned_bytes_ = 0, pinned_peak_bytes_ = 0;
+  std::size_t edits_ = 0;
+};
+
+}  // namespace atrium

@@ -1,0 +1,62 @@
+// Directory: what the store knows of every record. In memory a StoredRecord per record, with its
+// place on disk and in the arena; on disk a row of DirectoryEntry, sorted by id, written whole at
+// each checkpoint (FORMAT.md). The free maps of page file and arena are never stored: they are
+// what the directory does not name.
+// Plain data; no thread safety of its own.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/status.h"
+#include "pagestore/extent.h"
+#include "pagestore/record.h"
+
+namespace atrium {
+
+// A record's image on disk, as last written.
+struct StoredExtent {
+  std::uint64_t first = kNoGranule;  // page file address
+  std::uint64_t length = 0;          // bytes of payload
+  std::uint64_t epoch = 0;           // the checkpoint it belongs to
+  std::uint64_t header_hash = 0;
+  std::uint32_t version = 0;
+  bool exists() const { return first != kNoGranule; }
+  std::uint64_t granules() const { return granules_of(length); }
+};
+
+struct StoredRecord {
+  RecordId id;
+  StoredExtent on_disk;             // behind the arena's image while dirty
+  std::uint64_t length = 0;         // bytes of payload now
+  std::uint64_t slot = kNoGranule;  // first granule in the arena
+  std::uint32_t pins = 0;
+  bool dirty = false;
+  bool resident() const { return slot != kNoGranule; }
+  std::uint64_t granules() const { return granules_of(length); }
+};
+
+struct DirectoryEntry {
+  std::uint64_t id = 0;
+  std::uint64_t length = 0;
+  std::uint64_t epoch = 0;
+  std::uint64_t header_hash = 0;
+  std::uint64_t first = 0;
+  std::uint32_t version = 0;
+  std::uint32_t reserved = 0;
+};
+static_assert(sizeof(DirectoryEntry) == 48);
+
+DirectoryEntry entry_of(RecordId id, const StoredExtent& extent);
+StoredExtent extent_of(const DirectoryEntry& entry);
+
+// The payload of the directory record. `entries` must be sorted by id, without repetition.
+std::vector<std::byte> encode_directory(std::span<const DirectoryEntry> entries);
+
+// The entries of such a payload, or what is wrong with it; the caller adds file and place.
+Result<std::vector<DirectoryEntry>> decode_directory(std::span<const std::byte> payload);
+
+}  // namespace atrium
