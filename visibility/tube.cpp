@@ -1,0 +1,70 @@
+#include "visibility/tube.h"
+
+#include <algorithm>
+
+namespace atrium {
+
+namespace {
+
+Tube settled(Variety variety) {
+  Tube tube;
+  tube.decided = true;
+  tube.known = variety;
+  return tube;
+}
+
+// The tube with this list, nothing if it had too many.
+Tube with_list(std::optional<std::size_t> found, Tube tube) {
+  tube.crowded = !found;
+  tube.count = static_cast<std::uint8_t>(found.value_or(0));
+  tube.decided = tube.crowded || tube.count == 0;
+  tube.known = found == std::size_t{0} ? Variety::VISIBLE : Variety::PARTIAL;
+  return tube;
+}
+
+// Needs no shaft: what is wholly seen or wholly hidden stays so in all its parts.
+bool inherits(const Tube& parent) { return parent.decided && parent.known != Variety::PARTIAL; }
+
+}  // namespace
+
+Tube make_tube(const Shaft& shaft, const BlockerIndex& index) {
+  if (shaft.closed) return settled(Variety::INVISIBLE);
+  Tube tube;
+  const auto found = index.collect(shaft, tube.blockers);
+  return with_list(found, tube);
+}
+
+Tube make_tube(const PolygonPair& ends, const BlockerIndex& index, double tolerance) {
+  return make_tube(make_shaft(ends.p, ends.p_normal, ends.q, ends.q_normal, tolerance), index);
+}
+
+Tube subdivide(const Tube& parent, const Shaft& child, const BlockerIndex& index) {
+  if (inherits(parent)) return settled(parent.known);
+  if (parent.crowded) return make_tube(child, index);
+  if (child.closed) return settled(Variety::INVISIBLE);
+  Tube tube;
+  std::size_t found = 0;
+  for (const std::uint32_t position : parent.list())
+    if (may_block(child, index.blockers()[position].polygon)) tube.blockers[found++] = position;
+  return with_list(found, tube);
+}
+
+Tube subdivide(const Tube& parent, const PolygonPair& child, const BlockerIndex& index,
+               double tolerance) {
+  if (inherits(parent)) return settled(parent.known);
+  return subdivide(parent, make_shaft(child.p, child.p_normal, child.q, child.q_normal, tolerance),
+                   index);
+}
+
+Variety variety(Tube& tube, const PolygonPair& ends, const BlockerIndex& index, double tolerance) {
+  if (tube.decided) return tube.known;
+  const auto list = tube.list();
+  const bool hidden = std::any_of(list.begin(), list.end(), [&](std::uint32_t position) {
+    return blocks_all(ends.p, ends.q, index.blockers()[position].polygon, tolerance);
+  });
+  tube.decided = true;
+  tube.known = hidden ? Variety::INVISIBLE : Variety::PARTIAL;
+  return tube.known;
+}
+
+}  // namespace atrium
