@@ -1,0 +1,109 @@
+#include "data/generate.h"
+
+#include <algorithm>
+
+#include "data/simple.h"
+
+namespace atrium {
+namespace {
+
+constexpr int kMostRooms = 100;  // --grid K
+constexpr int kMostStoreys = 200;
+
+struct Kind {
+  std::string name;
+  std::vector<std::string> options;  // what it takes besides the seed
+  Result<GeneratedModel> (*make)(const GenerateOptions&);
+};
+
+Status usage(const std::string& cause, const std::string& remedy) {
+  return {Code::kUsage, "gen", "", cause, remedy};
+}
+
+const std::vector<Kind>& kinds() {
+  using Options = GenerateOptions;
+  static const std::vector<Kind> kAll{
+      {"cornell", {}, [](const Options& o) -> Result<GeneratedModel> { return cornell(o.seed); }},
+      {"furnace",
+       {"rho", "emit", "shape"},
+       [](const Options& o) {
+         return furnace(o.shape.value_or("cube"), o.rho.value_or(.5), o.exitance.value_or(100));
+       }},
+      {"rooms",
+       {"grid", "rho"},
+       [](const Options& o) -> Result<GeneratedModel> {
+         return grid_of_rooms(o.grid.value_or(4), o.rho, o.seed);
+       }},
+  };
+  return kAll;
+}
+
+// The options that were given, by the names they have on the command line.
+std::vector<std::string> given(const GenerateOptions& o) {
+  std::vector<std::string> names;
+  const auto note = [&](const auto& option, const char* name) {
+    if (option) names.push_back(name);
+  };
+  note(o.rho, "rho");
+  note(o.exitance, "emit");
+  note(o.shape, "shape");
+  note(o.grid, "grid");
+  note(o.furnish, "furnish");
+  note(o.storeys, "storeys");
+  note(o.rooms, "rooms");
+  note(o.buildings, "buildings");
+  return names;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string all;
+  for (const std::string& w : words) all += (all.empty() ? "" : ", ") + w;
+  return all;
+}
+
+Status in_range(const std::optional<int>& value, int least, int most, const char* name) {
+  if (!value || (*value >= least && *value <= most)) return {};
+  return usage("--" + std::string(name) + " " + std::to_string(*value) + " is out of range",
+               "take " + std::to_string(least) + " to " + std::to_string(most));
+}
+
+Status check_values(const GenerateOptions& o) {
+  if (o.rho && !(*o.rho >= 0 && *o.rho < 1))
+    return usage("--rho has to be at least 0 and below 1", "at 1 nothing would absorb the light");
+  if (o.exitance && !(*o.exitance > 0 && *o.exitance <= 1e30))
+    return usage("--emit has to be above 0 and finite", "it is an exitance in lm/m²");
+  if (o.furnish && *o.furnish != "none" && *o.furnish != "low" && *o.furnish != "high")
+    return usage("--furnish does not know \"" + *o.furnish + "\"", "take none, low or high");
+  ATRIUM_RETURN_IF_ERROR(in_range(o.grid, 1, kMostRooms, "grid"));
+  ATRIUM_RETURN_IF_ERROR(in_range(o.storeys, 1, kMostStoreys, "storeys"));
+  ATRIUM_RETURN_IF_ERROR(in_range(o.buildings, 1, 1000, "buildings"));
+  return in_range(o.rooms, 1, 10000, "rooms");
+}
+
+}  // namespace
+
+const std::vector<std::string>& generator_kinds() {
+  static const std::vector<std::string> kNames = [] {
+    std::vector<std::string> names;
+    for (const Kind& k : kinds()) names.push_back(k.name);
+    return names;
+  }();
+  return kNames;
+}
+
+Result<GeneratedModel> generate(const GenerateOptions& options) {
+  const auto kind = std::ranges::find(kinds(), options.kind, &Kind::name);
+  if (kind == kinds().end())
+    return usage("there is no kind \"" + options.kind + "\"", "take " + joined(generator_kinds()));
+  for (const std::string& name : given(options)) {
+    if (std::ranges::find(kind->options, name) == kind->options.end())
+      return usage("--" + name + " means nothing to " + options.kind,
+                   kind->options.empty() ? "it takes --seed only"
+                                         : "it takes --seed, --" + joined(kind->options));
+  }
+  Status values = check_values(options);
+  if (!values.ok()) return values;
+  return kind->make(options);
+}
+
+}  // namespace atrium
