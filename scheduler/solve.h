@@ -22,7 +22,7 @@ struct SolveOptions {
   std::uint64_t iterations = 0;         // complete gathers at most; 0: no limit
   double time_limit = 0;                // s; 0: none
   double min_edge = 0;                  // m; 0: by the scene
-  std::string order = "cell";           // order_names()
+  std::string order = "cell";           // scheduler/order.h
   std::string policy = "lru";
   int basis = 2;
   std::string links = "auto";  // keep, discard, auto
@@ -60,7 +60,7 @@ struct SolveSummary {
   std::uint64_t reads = 0, writes = 0, bytes_read = 0, bytes_written = 0, evictions = 0;
   double solver_seconds = 0, io_seconds = 0, stall_seconds = 0, total_seconds = 0;
   double residual = 0;
-  double error_true = -1;
+  double error_true = -1;  // -1: no reference
   std::string stop_reason;
   int exit_code = 0;
   std::vector<LeftOut> left_out;
@@ -91,11 +91,13 @@ using LogCallback = std::function<void(const std::string&)>;
 
 Result<Plan> plan(const SolveOptions& options);
 
+// Asks a running solve to finish its cluster, checkpoint and return with exit code 75. Safe in a
+// signal handler.
+void request_stop();
+
 // Errors: kUsage (options, budget too small), kScene, kStore. A limit that was reached is no error:
 // exit_code 5 in the summary, the result kept.
 Result<SolveSummary> solve(const SolveOptions& options, const ProgressCallback& progress,
                            const LogCallback& log);
-
-std::vector<std::string> order_names();
 
 }  // namespace atrium

@@ -125,6 +125,9 @@ void RefineCounters::add(const RefineCounters& c) {
   packets += c.packets;
   kernels += c.kernels;
   splits += c.splits;
+  tubes_visible += c.tubes_visible;
+  tubes_invisible += c.tubes_invisible;
+  tubes_partial += c.tubes_partial;
 }
 
 SourceRoots::SourceRoots(const ClusterView& source) {
@@ -143,7 +146,7 @@ void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out)
     if (head.inert || head.patch == receiver.head.patch) continue;
     if (!facing(root, source.sites[q], settings_.tolerance)) continue;
     descend(0, root, make_source(source.patches[q], static_cast<std::uint32_t>(q), 0,
-                                 &source.sites[q]));
+                                 &source.sites[q]), nullptr);
   }
   flush_thin();
 }
@@ -172,7 +175,21 @@ double Refiner::weight(std::int32_t receiver) const {
   return std::sqrt(x.area / settings_.reference_area) / std::max(settings_.mean_irradiance, here);
 }
 
-void Refiner::descend(std::int32_t receiver, const Site& site, const Source& source) {
+// 3(c) T = Tube(R, S, B(R, S)), here of a pair on its way down. [THFH94 §5.1]
+Variety Refiner::look_through(Tube& tube, const Tube* parent, const Site& r, const Site& s) {
+  const PolygonPair ends{r.polygon(), r.normal, s.polygon(), s.normal};
+  const BlockerIndex& index = *around_.index;
+  tube = parent ? subdivide(*parent, ends, index, settings_.tolerance)
+                : make_tube(ends, index, settings_.tolerance);
+  const Variety v = variety(tube, ends, index, settings_.tolerance);
+  ++(v == Variety::VISIBLE     ? counters_.tubes_visible
+     : v == Variety::INVISIBLE ? counters_.tubes_invisible
+                               : counters_.tubes_partial);
+  return v;
+}
+
+void Refiner::descend(std::int32_t receiver, const Site& site, const Source& source,
+                      const Tube* parent) {
   const double w = weight(receiver);
   const double bound = source.radiosity * form_factor_bound(site, source.site);
   if (bound * w < kThin * settings_.threshold) return thin_link(receiver, site, source);
@@ -189,13 +206,16 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
   const double variation = source.detail * sensitivity_spread(site, source.site, kernel);
   VisibleMask visible = kAllVisible;
   double shadow = 0, seen_shape = shape;
-  if (rays_ && kernel.mean > 0) {
-    visible = look(site, source.site, kernel);
-    const double v = seen_share(site, kernel, visible);
-    const double transfer = source.radiosity * kernel.mean;
-    shadow = transfer * std::max(kUnsure, kMixed * std::sqrt(v * (1 - v)));
-    seen_shape = v > 0 ? source.radiosity * misfit(site, kernel, visible, order) : 0;
-    if (v == 0) seen_shape = 0;
+  Tube tube;
+  if (around_.index) {
+    const Variety variety = look_through(tube, parent, site, source.site);
+    if (variety == Variety::INVISIBLE) return;
+    if (variety == Variety::PARTIAL && kernel.mean > 0) {
+      visible = look(site, source.site, kernel);
+      const double v = seen_share(site, kernel, visible);
+      shadow = source.radiosity * kernel.mean * std::max(kUnsure, kMixed * std::sqrt(v * (1 - v)));
+      seen_shape = v > 0 ? source.radiosity * misfit(site, kernel, visible, order) : 0;
+    }
   }
   const double error = std::sqrt(squared(seen_shape) + squared(shadow) + squared(variation));
   if (error * w <= settings_.threshold)
@@ -205,30 +225,31 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
       variation > std::max(seen_shape, shadow) ||
       (shadow > seen_shape && source.site.radius > site.radius) ||
       source.site.radius > 4 * site.radius;
-  if (source_first && descend_source(receiver, site, source)) return;
+  if (source_first && descend_source(receiver, site, source, tube)) return;
   if (!tree_->elements[receiver].leaf() || split_leaf(*tree_, receiver, settings_.min_edge)) {
-    descend_receiver(receiver, source);
+    descend_receiver(receiver, source, tube);
     return;
   }
-  if (!source_first && descend_source(receiver, site, source)) return;
+  if (!source_first && descend_source(receiver, site, source, tube)) return;
   full_link(receiver, site, source, kernel, visible);
 }
 
-void Refiner::descend_receiver(std::int32_t receiver, const Source& source) {
+void Refiner::descend_receiver(std::int32_t receiver, const Source& source, const Tube& tube) {
   ++counters_.splits;
   const std::int32_t child = tree_->elements[receiver].child;
   for (std::int32_t c = child; c < child + 2; ++c) {
     const Site site = make_site(tree_->view(), c);
-    if (facing(site, source.site, settings_.tolerance)) descend(c, site, source);
+    if (facing(site, source.site, settings_.tolerance)) descend(c, site, source, &tube);
   }
 }
 
-bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Source& source) {
+bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Source& source,
+                             const Tube& tube) {
   const Element& x = source.patch->elements[source.element];
   if (!source.part && !x.leaf()) {
     for (std::int32_t c = x.child; c < x.child + 2; ++c) {
       const Source half = make_source(*source.patch, source.patch_index, c, nullptr);
-      if (facing(site, half.site, settings_.tolerance)) descend(receiver, site, half);
+      if (facing(site, half.site, settings_.tolerance)) descend(receiver, site, half, &tube);
     }
     return true;
   }
@@ -243,7 +264,7 @@ bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Sour
     Source half = source;
     half.part = true;
     half.site = make_site(*source.patch, source.element, part);
-    if (facing(site, half.site, settings_.tolerance)) descend(receiver, site, half);
+    if (facing(site, half.site, settings_.tolerance)) descend(receiver, site, half, &tube);
   }
   return true;
 }
@@ -259,7 +280,9 @@ VisibleMask Refiner::look(const Site& receiver, const Site& source, const Kernel
         ++counters_.rays;
       }
   ++counters_.packets;
-  return VisibleMask(asked & ~rays_->occluded16(packet));
+  std::uint16_t blocked = 0;
+  around_.rays->occluded16(packet, blocked);
+  return VisibleMask(asked & ~blocked);
 }
 
 void Refiner::full_link(std::int32_t receiver, const Site& site, const Source& source,
@@ -290,18 +313,18 @@ void Refiner::thin_link(std::int32_t receiver, const Site& site, const Source& s
   waiting_.push_back({{static_cast<std::uint32_t>(receiver), source.patch_index,
                        static_cast<std::uint32_t>(source.element)},
                       static_cast<float>(coupling), x, y});
-  if (waiting_.size() == kPacketWidth) flush_thin();
+  if (waiting_.size() == kRayLanes) flush_thin();
 }
 
 void Refiner::flush_thin() {
   std::uint16_t blocked = 0;
-  if (rays_ && !waiting_.empty()) {
+  if (around_.rays && !waiting_.empty()) {
     SegmentPacket packet;
     for (std::size_t i = 0; i < waiting_.size(); ++i)
       packet.set(static_cast<int>(i), waiting_[i].from, waiting_[i].to);
     counters_.rays += waiting_.size();
     ++counters_.packets;
-    blocked = rays_->occluded16(packet);
+    around_.rays->occluded16(packet, blocked);
   }
   for (std::size_t i = 0; i < waiting_.size(); ++i)
     if (!(blocked >> i & 1)) {

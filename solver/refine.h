@@ -15,6 +15,7 @@
 #include "solver/coupling.h"
 #include "solver/link.h"
 #include "visibility/occlusion.h"
+#include "visibility/tube.h"
 
 namespace atrium {
 
@@ -29,6 +30,7 @@ struct RefineSettings {
 
 struct RefineCounters {
   std::uint64_t links = 0, thin_links = 0, rays = 0, packets = 0, kernels = 0, splits = 0;
+  std::uint64_t tubes_visible = 0, tubes_invisible = 0, tubes_partial = 0;
   void add(const RefineCounters& c);
 };
 
@@ -40,10 +42,16 @@ struct SourceRoots {
   SourceRoots() = default;
 };
 
+// What may stand between: blockers by shaft and by ray. Both null where nothing can.
+struct Surroundings {
+  const BlockerIndex* index = nullptr;
+  const RayScene* rays = nullptr;
+};
+
 class Refiner {
  public:
-  // rays: what may stand between; null where nothing can.
-  Refiner(const RefineSettings& settings, const RayScene* rays) : settings_(settings), rays_(rays) {}
+  Refiner(const RefineSettings& settings, const Surroundings& around)
+      : settings_(settings), around_(around) {}
 
   // 3(d) Install( links in Braid(R, S, T) ) for one patch of R: top-level links between visible patch
   // pairs, refined on the spot. Splits leaves of `receiver`. [THFH94 §5.1]
@@ -70,9 +78,11 @@ class Refiner {
 
   Source make_source(const PatchView& patch, std::uint32_t index, std::int32_t element,
                      const Site* site) const;
-  void descend(std::int32_t receiver, const Site& site, const Source& source);
-  void descend_receiver(std::int32_t receiver, const Source& source);
-  bool descend_source(std::int32_t receiver, const Site& site, const Source& source);
+  void descend(std::int32_t receiver, const Site& site, const Source& source, const Tube* parent);
+  void descend_receiver(std::int32_t receiver, const Source& source, const Tube& tube);
+  bool descend_source(std::int32_t receiver, const Site& site, const Source& source,
+                      const Tube& tube);
+  Variety look_through(Tube& tube, const Tube* parent, const Site& r, const Site& s);
   void thin_link(std::int32_t receiver, const Site& site, const Source& source);
   void flush_thin();
   void full_link(std::int32_t receiver, const Site& site, const Source& source,
@@ -81,7 +91,7 @@ class Refiner {
   double weight(std::int32_t receiver) const;
 
   RefineSettings settings_;
-  const RayScene* rays_;
+  Surroundings around_;
   RefineCounters counters_;
   PatchTree* tree_ = nullptr;
   LinkSet* out_ = nullptr;

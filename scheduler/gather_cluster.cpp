@@ -1,0 +1,190 @@
+#include "scheduler/gather_cluster.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+#include <numbers>
+#include <optional>
+
+namespace atrium {
+
+namespace {
+
+double now() {
+  using namespace std::chrono;
+  return duration<double>(steady_clock::now().time_since_epoch()).count();
+}
+
+// R as installed into the working set.
+struct Receiver {
+  std::vector<PatchTree> trees;
+  std::vector<GatherSlots> slots;
+  std::vector<RowMean> means;
+  std::vector<RefineCounters> refined;
+
+  explicit Receiver(const ClusterView& view) : trees(read_record(view)) {
+    slots.resize(trees.size());
+    means.resize(trees.size());
+    refined.resize(trees.size());
+    for (std::size_t p = 0; p < trees.size(); ++p)
+      slots[p].reset(trees[p].elements.size(), trees[p].view().k());
+  }
+  std::uint64_t elements() const {
+    std::uint64_t n = 0;
+    for (const PatchTree& t : trees) n += t.elements.size();
+    return n;
+  }
+};
+
+// Directions of a cosine-weighted bundle: a Fibonacci spiral over the disc, lifted. [Malley]
+constexpr int kEscapeRays = 256;
+Vec3 cosine_direction(const Frame& f, int i) {
+  constexpr double kGoldenAngle = 2.39996322972865332;
+  const double r2 = (i + 0.5) / kEscapeRays, r = std::sqrt(r2), a = kGoldenAngle * i;
+  return r * std::cos(a) * f.u + r * std::sin(a) * f.v + std::sqrt(1 - r2) * f.n;
+}
+
+// Share of the patch's cosine-weighted directions that leave the scene. Origins go round the
+// nodes of the root.
+double measure_escape(const PatchTree& tree, const RayScene& rays, double tolerance) {
+  const Site root = make_site(tree.view(), 0);
+  int escaped = 0;
+  for (int first = 0; first < kEscapeRays; first += kRayLanes) {
+    RayPacket packet;
+    HitPacket hits;
+    for (int i = 0; i < kRayLanes; ++i) {
+      const Vec3 from = root.x[(first + i) % root.nodes];
+      packet.set(i, from, cosine_direction(tree.head.frame, first + i), tolerance);
+    }
+    rays.closest_hit16(packet, hits);
+    escaped += kRayLanes - std::popcount(hits.found);
+  }
+  return double(escaped) / kEscapeRays;
+}
+
+void measure_escapes(Receiver& receiver, const Surroundings& around, double tolerance) {
+  tbb::parallel_for(std::size_t(0), receiver.trees.size(), [&](std::size_t p) {
+    PatchTree& tree = receiver.trees[p];
+    if (!tree.head.inert && tree.head.escape < 0)
+      tree.head.escape = measure_escape(tree, *around.rays, tolerance);
+  });
+}
+
+// 3(d) to 3(f) for all patches of R across the braid with one source.
+void transfer(const GatherTask& task, const Surroundings& around, const ClusterView& source,
+              Receiver& receiver, Braid& braid) {
+  const bool make = task.linking != Linking::kUseKept;
+  const std::optional<SourceRoots> roots = make ? std::optional<SourceRoots>(source) : std::nullopt;
+  if (make) braid.sets.resize(receiver.trees.size());
+  tbb::parallel_for(std::size_t(0), receiver.trees.size(), [&](std::size_t p) {
+    PatchTree& tree = receiver.trees[p];
+    if (tree.head.inert) return;
+    if (make) {
+      Refiner refiner(task.refine, around);
+      refiner.link(tree, *roots, braid.sets[p]);
+      receiver.refined[p].add(refiner.counters());
+      receiver.slots[p].grow(tree.elements.size(), tree.view().k());
+    }
+    gather(braid.sets[p], source, tree.order, tree.elements, task.lamp_cap, receiver.slots[p],
+           receiver.means[p]);
+  });
+}
+
+Closing closing_of(const PatchTree& tree, const RowMean& mean) {
+  Closing c;
+  c.closed = tree.head.escape == 0 && mean.weight > 0;
+  if (c.closed) c.mean_radiosity = mean.light / mean.weight;
+  return c;
+}
+
+// 4. Invoke solver PushPull( each patch of R )
+void push_pull_all(Receiver& receiver, GatherReport& report) {
+  std::vector<PushPullSums> sums(receiver.trees.size());
+  tbb::parallel_for(std::size_t(0), receiver.trees.size(), [&](std::size_t p) {
+    PatchTree& tree = receiver.trees[p];
+    if (tree.head.inert) return;
+    sums[p] = push_pull(tree, receiver.slots[p], closing_of(tree, receiver.means[p]));
+  });
+  for (std::size_t p = 0; p < sums.size(); ++p) {
+    report.sums.add(sums[p]);
+    report.refined.add(receiver.refined[p]);
+    const double escape = std::max(0.0, receiver.trees[p].head.escape);
+    report.escaped += escape * (sums[p].emitted + sums[p].reflected);
+  }
+}
+
+}  // namespace
+
+Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, RayWorlds& worlds,
+                                    const GatherTask& task) {
+  GatherReport report;
+  const RecordId id = record_id(RecordKind::kCluster, task.receiver.value);
+
+  // 1. Read R. The record keeps what it held until 5, so R can be a source to itself.
+  Result<ClusterEdit> edit = store.edit(id);
+  if (!edit.ok()) return edit.status();
+  const Result<ClusterView> before = ClusterView::parse(edit->bytes());
+  if (!before.ok()) return before.status();
+
+  // 2. Install R into working set.
+  Receiver receiver(*before);
+  Surroundings around;
+  std::size_t blocker_bytes = 0;
+  if (task.linking != Linking::kUseKept) {
+    Result<const RayWorld*> world = worlds.of(task.receiver);
+    if (!world.ok()) return world.status();
+    around = (*world)->surroundings();
+    blocker_bytes = (*world)->bytes();
+    measure_escapes(receiver, around, task.refine.tolerance);
+  }
+
+  // 3. For each source cluster S visible to R
+  const std::span<const ClusterId> sources = model.visible[task.receiver.value];
+  std::vector<Braid> own;
+  std::vector<Braid>& braids = task.kept ? *task.kept : own;
+  if (task.linking == Linking::kMakeAndKeep) braids.assign(sources.size(), {});
+  std::uint64_t largest_source = 0;
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const ClusterId s = sources[i];
+    // (a), (b) Read S and install it: its record is used in place.
+    ClusterPin pin;
+    if (s != task.receiver) {
+      Result<ClusterPin> read = store.read(record_id(RecordKind::kCluster, s.value));
+      if (!read.ok()) return read.status();
+      pin = std::move(read).value();
+    }
+    const Result<ClusterView> source =
+        s == task.receiver ? before : ClusterView::parse(pin.bytes());
+    if (!source.ok()) return source.status();
+    // (c) to (e) Tube, links, gather.
+    Braid scratch;
+    Braid& braid = task.linking == Linking::kMakeAndDiscard ? scratch : braids[i];
+    braid.source = s;
+    const double start = now();
+    transfer(task, around, *source, receiver, braid);
+    report.solver_seconds += now() - start;
+    report.links += braid.count();
+    report.link_bytes += braid.bytes();
+    report.source_elements += source->head().elements;
+    largest_source = std::max<std::uint64_t>(largest_source, source->head().elements);
+    // (f) to (j) Discard links where they are not kept; release S.
+  }
+
+  const double start = now();
+  push_pull_all(receiver, report);
+  report.solver_seconds += now() - start;
+
+  // 5. Extract R, 6. SetDirty, 7. Release.
+  report.elements = receiver.elements();
+  const std::size_t bytes = record_bytes(receiver.trees);
+  ATRIUM_RETURN_IF_ERROR(edit->resize(bytes));
+  write_record(task.receiver.value, receiver.trees, edit->bytes());
+
+  report.working_set_elements = report.elements + largest_source;
+  report.working_set_bytes = bytes + largest_source * sizeof(Element) +
+                             report.link_bytes + blocker_bytes;
+  return report;
+}
+
+}  // namespace atrium

@@ -1,0 +1,159 @@
+#include "scheduler/history.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace atrium {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Status disk_error(const std::string& path, const char* what) {
+  return Status(Code::kStore, path, "", std::string(what) + ": " + std::strerror(errno),
+                "check the directory and the space on its disk");
+}
+
+std::string quoted(const std::string& s) { return Json(s).dump(); }
+
+std::string list(const std::vector<std::string>& items) {
+  std::string text;
+  for (const std::string& s : items) text += (text.empty() ? "" : ", ") + quoted(s);
+  return "[" + text + "]";
+}
+
+const char* name(SidesChoice s) {
+  return s == SidesChoice::kAuto ? "auto" : s == SidesChoice::kOne ? "one" : "two";
+}
+
+}  // namespace
+
+std::string program_version() { return "atrium 0.1.0"; }
+
+std::string history_json(const HistoryLine& h) {
+  Json j;
+  j["seconds"] = h.seconds;
+  j["cpu_seconds"] = h.cpu_seconds;
+  j["iteration"] = h.iteration;
+  j["clusters_gathered"] = h.clusters_gathered;
+  j["residual"] = h.residual;
+  j["error_estimate"] = nullptr;
+  if (h.error_true >= 0) j["error_true"] = h.error_true;
+  j["elements"] = h.elements;
+  j["links"] = h.links;
+  j["rays"] = h.rays;
+  j["reads"] = h.reads;
+  j["writes"] = h.writes;
+  j["bytes_read"] = h.bytes_read;
+  j["bytes_written"] = h.bytes_written;
+  j["hit_ratio"] = h.hit_ratio;
+  j["solver_seconds"] = h.solver_seconds;
+  j["io_seconds"] = h.io_seconds;
+  j["stall_seconds"] = h.stall_seconds;
+  j["max_working_set_bytes"] = h.max_working_set_bytes;
+  j["peak_rss_bytes"] = h.peak_rss_bytes;
+  return j.dump();
+}
+
+std::string summary_json(const SolveSummary& s) {
+  Json j;
+  j["scene"] = s.scene;
+  j["patches"] = s.patches;
+  j["clusters"] = s.clusters;
+  j["cells"] = s.cells;
+  j["portals"] = s.portals;
+  j["lights"] = s.lights;
+  j["iterations"] = s.iterations;
+  j["elements"] = s.elements;
+  j["links"] = s.links;
+  j["max_working_set_bytes"] = s.max_working_set_bytes;
+  j["max_working_set_links"] = s.max_working_set_links;
+  j["max_working_set_elements"] = s.max_working_set_elements;
+  j["links_processed"] = s.links_processed;
+  j["total_data_bytes"] = s.total_data_bytes;
+  j["store_bytes"] = s.store_bytes;
+  j["flux_emitted"] = s.flux_emitted;
+  j["flux_absorbed"] = s.flux_absorbed;
+  j["flux_escaped"] = s.flux_escaped;
+  j["hit_ratio"] = s.hit_ratio;
+  j["reads"] = s.reads;
+  j["writes"] = s.writes;
+  j["evictions"] = s.evictions;
+  j["bytes_read"] = s.bytes_read;
+  j["bytes_written"] = s.bytes_written;
+  j["solver_seconds"] = s.solver_seconds;
+  j["io_seconds"] = s.io_seconds;
+  j["stall_seconds"] = s.stall_seconds;
+  j["total_seconds"] = s.total_seconds;
+  j["residual"] = s.residual;
+  j["error_estimate"] = nullptr;
+  if (s.error_true >= 0) j["error_true"] = s.error_true;
+  j["stop_reason"] = s.stop_reason;
+  j["exit_code"] = s.exit_code;
+  j["left_out"] = Json::array();
+  for (const LeftOut& l : s.left_out) j["left_out"].push_back({{"feature", l.feature}, {"why", l.why}});
+  j["threads"] = s.threads;
+  j["peak_rss_bytes"] = s.peak_rss_bytes;
+  j["version"] = program_version();
+  return j.dump(1) + "\n";
+}
+
+std::string run_toml(const SolveOptions& o) {
+  std::ostringstream t;
+  t.precision(17);
+  t << "# The effective configuration of this run: `atrium solve` with it repeats the run.\n"
+    << "version = " << quoted(program_version()) << "\n"
+    << "scene = " << list(o.scene.files) << "\n"
+    << "assign = " << quoted(o.scene.assign_file) << "\n"
+    << "drop = " << list(o.scene.drop) << "\n"
+    << "sides = " << quoted(name(o.scene.sides)) << "\n"
+    << "unit = \"" << o.scene.unit << "m\"\n"
+    << "emission = " << (o.scene.emission_is_exitance ? "\"exitance\"" : "\"luminance\"") << "\n"
+    << "white = " << o.scene.white << "\n"
+    << "memory = " << o.memory << "\n"
+    << "arena = " << o.arena << "\n"
+    << "error = " << o.error << "\n"
+    << "residual = " << o.residual << "\n"
+    << "iterations = " << o.iterations << "\n"
+    << "time-limit = \"" << o.time_limit << "s\"\n"
+    << "min-edge = \"" << o.min_edge << "m\"\n"
+    << "order = " << quoted(o.order) << "\n"
+    << "policy = " << quoted(o.policy) << "\n"
+    << "basis = " << o.basis << "\n"
+    << "links = " << quoted(o.links) << "\n"
+    << "seed = " << o.seed << "\n"
+    << "threads = " << o.threads << "\n"
+    << "reference = " << quoted(o.reference) << "\n"
+    << "force = " << list(o.force) << "\n";
+  return t.str();
+}
+
+Status write_text(const std::string& path, const std::string& text) {
+  std::ofstream f(path, std::ios::binary | std::ios::trunc);
+  f << text;
+  f.flush();
+  if (!f) return disk_error(path, "cannot write");
+  return {};
+}
+
+Status append_line(const std::string& path, const std::string& line) {
+  std::ofstream f(path, std::ios::binary | std::ios::app);
+  f << line << '\n';
+  f.flush();
+  if (!f) return disk_error(path, "cannot append");
+  return {};
+}
+
+Result<std::string> read_text(const std::string& path) {
+  std::ifstream f(path, std::ios::binary);
+  if (!f) return disk_error(path, "cannot read");
+  std::ostringstream text;
+  text << f.rdbuf();
+  return text.str();
+}
+
+}  // namespace atrium

@@ -1,0 +1,166 @@
+#include "scheduler/plan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/cluster_record.h"
+#include "scheduler/run_model.h"
+#include "scheduler/order.h"
+#include "visibility/partition.h"
+
+namespace atrium {
+
+namespace {
+
+// A bright closed room multiplies its light by 1/(1-ρ); no guess goes beyond this.
+constexpr double kMostInterreflection = 1000;
+
+LightScale measure_light(const Scene& scene, const Model& model) {
+  LightScale s;
+  std::vector<double> lit(model.clusters.size(), 0);
+  double reflected = 0, norm2 = 0;
+  for (const Patch& p : model.patches) {
+    if (p.inert) continue;
+    const Material& m = scene.materials[p.material.value];
+    const double a = area(model.polygon(p)), exitance = luminance(m.exitance);
+    s.area += a;
+    s.flux += a * exitance;
+    norm2 += a * exitance * exitance;
+    reflected += a * luminance(m.reflectance);
+    lit[p.cluster.value] += a;
+  }
+  for (std::size_t c = 0; c < lit.size(); ++c)
+    for (const ClusterId v : model.visible[c]) s.reference_area += lit[c] * lit[v.value];
+  if (!(s.area > 0)) return s;
+  s.reference_area /= s.area;
+  s.reflectance = reflected / s.area;
+  s.exitance_norm = std::sqrt(norm2);
+  s.radiosity = s.flux / s.area * std::min(kMostInterreflection, 1 / (1 - s.reflectance));
+  s.irradiance = s.radiosity;
+  return s;
+}
+
+// One record of a cluster before any element is split: what an arena must hold at the least.
+std::size_t first_record_bytes(const Model& model, const Cluster& c, int order) {
+  std::size_t bytes = sizeof(ClusterHead);
+  for (std::uint32_t i = 0; i < c.patch_count; ++i) {
+    const std::uint32_t id = c.first_patch + i;
+    bytes += sizeof(PatchHead) + sizeof(Element) +
+             model.patches[id].vertex_count * sizeof(Vec2) +
+             model.contacts[id].size() * sizeof(Segment2) +
+             sizeof(double) * (coefficient_count(order) * kChannels + triangle_count(order));
+  }
+  return bytes;
+}
+
+// A cluster's record grows by about this factor from its first form to a solution of a few percent.
+constexpr std::size_t kGrowth = 8;
+
+void plan_memory(const SolveOptions& options, const Model& model, Plan& plan) {
+  std::size_t largest = kRunModelPiece;
+  for (const Cluster& c : model.clusters)
+    largest = std::max(largest, first_record_bytes(model, c, options.basis) * kGrowth);
+  std::size_t in_core = model.vertices.size() * sizeof(Vec3) +
+                        model.patches.size() * sizeof(Patch) +
+                        model.visible.items.size() * sizeof(ClusterId) +
+                        model.contacts.items.size() * sizeof(Contact);
+  // The receiver, once as it was and once as it will be, and one source.
+  plan.smallest_arena = 3 * ClusterStore::arena_cost(largest);
+  plan.smallest_memory = 4 * plan.smallest_arena + 4 * in_core;
+  plan.memory = options.memory;
+  plan.arena = options.arena ? options.arena
+                             : std::max<std::uint64_t>(options.memory / 4, plan.smallest_arena);
+}
+
+void plan_left_out(const Prepared& p, Plan& plan) {
+  const Model& m = p.model;
+  if (m.cells.size() <= 1)
+    plan.left_out.push_back({"portals", "the scene is one cell: everything in it may see everything"});
+  if (m.dark_surfaces > 0)
+    plan.left_out.push_back({"dark surfaces", std::to_string(m.dark_surfaces) +
+                                                  " surfaces stand where no light reaches"});
+  bool grey = true;
+  for (const Material& x : p.scene.materials)
+    grey &= x.reflectance.x == x.reflectance.y && x.reflectance.y == x.reflectance.z &&
+            x.exitance.x == x.exitance.y && x.exitance.y == x.exitance.z;
+  std::uint64_t inert = 0;
+  for (const Patch& x : m.patches) inert += x.inert;
+  if (inert > 0)
+    plan.left_out.push_back({"black backs", std::to_string(inert) +
+                                                " backs of one-sided surfaces only block"});
+  if (grey) plan.warnings.push_back("all materials are grey: the three channels are equal");
+}
+
+Status budget_too_small(const char* option, std::uint64_t given, std::uint64_t smallest) {
+  return Status(Code::kUsage, "", option,
+                std::to_string(given) + " bytes are too small for this scene",
+                "the smallest that will do is " + std::to_string(smallest) + " bytes");
+}
+
+}  // namespace
+
+Status validate(const SolveOptions& o) {
+  const auto refuse = [](const char* option, const std::string& why, const std::string& remedy) {
+    return Status(Code::kUsage, "", option, why, remedy);
+  };
+  if (o.scene.files.empty()) return refuse("SCENE", "no scene file", "name at least one");
+  if (!(o.error > 0 && o.error < 1)) return refuse("--error", "not above 0% and below 100%", "try 2%");
+  if (o.basis < 1 || o.basis > kMaxOrder)
+    return refuse("--basis", "order " + std::to_string(o.basis) + " is not built",
+                  "use 1 or " + std::to_string(kMaxOrder));
+  if (o.links != "auto" && o.links != "keep" && o.links != "discard")
+    return refuse("--links", "unknown choice " + o.links, "use keep, discard or auto");
+  const std::vector<std::string> orders = order_names();
+  if (std::find(orders.begin(), orders.end(), o.order) == orders.end())
+    return refuse("--order", "unknown order " + o.order, "use random, model, source or cell");
+  if (!o.force.empty())
+    return refuse("--force", "nothing named " + o.force[0] + " is ever left out",
+                  "see left_out in atrium plan");
+  return {};
+}
+
+Result<Prepared> prepare(const SolveOptions& options) {
+  Result<Scene> scene = import_scene(options.scene);
+  if (!scene.ok()) return scene.status();
+  Result<Model> model = partition(*scene, {});
+  if (!model.ok()) return model.status();
+  Prepared p{std::move(scene).value(), std::move(model).value(), {}, {}};
+  p.light = measure_light(p.scene, p.model);
+  const std::string& first = options.scene.files[0];
+  if (!(p.light.flux > 0))
+    return Status(Code::kScene, first, "", "no light: no material emits",
+                  "add lamps (Ke in the MTL, emissiveFactor in glTF), a lamps file, or --assign");
+
+  Plan& plan = p.plan;
+  plan.clusters = p.model.clusters.size();
+  plan.patches = p.model.patches.size();
+  plan.cells = p.model.cells.size();
+  plan.portals = p.model.portals.size();
+  plan.rooms = p.model.rooms;
+  plan.lights = p.scene.lights;
+  const double pairs = double(plan.clusters) * double(plan.clusters);
+  plan.visible_share = pairs > 0 ? p.model.visible.items.size() / pairs : 0;
+  plan.mean_irradiance_guess = p.light.irradiance;
+  // No element need be smaller than this share of what a surface sees: 25 mm where rooms have 100 m².
+  constexpr double kSmallestEdge = 1.0 / 400;
+  plan.min_edge =
+      options.min_edge > 0 ? options.min_edge : kSmallestEdge * std::sqrt(p.light.reference_area);
+  plan_memory(options, p.model, plan);
+  plan_left_out(p, plan);
+  for (const Warning& w : p.scene.warnings)
+    plan.warnings.push_back(w.what + " (" + std::to_string(w.count) + ")");
+  if (plan.arena < plan.smallest_arena)
+    return budget_too_small("--arena", plan.arena, plan.smallest_arena);
+  if (plan.memory < plan.smallest_memory)
+    return budget_too_small("--memory", plan.memory, plan.smallest_memory);
+  return p;
+}
+
+Result<Plan> plan(const SolveOptions& options) {
+  ATRIUM_RETURN_IF_ERROR(validate(options));
+  Result<Prepared> p = prepare(options);
+  if (!p.ok()) return p.status();
+  return p->plan;
+}
+
+}  // namespace atrium

@@ -1,0 +1,180 @@
+#include "scheduler/solution.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+#include "scheduler/history.h"
+#include "scheduler/patch_grid.h"
+#include "scheduler/run_model.h"
+#include "solver/basis.h"
+#include "visibility/occlusion.h"
+
+namespace atrium {
+
+struct Solution::Parts {
+  RunModel run;
+  std::string summary;
+  std::unique_ptr<ClusterStore> store;
+  ClusterPin pin;
+  std::optional<PatchGrid> grid;
+  std::optional<RayScene> rays;
+};
+
+Solution::Solution() : parts_(std::make_unique<Parts>()) {}
+Solution::~Solution() {
+  parts_->pin = {};
+}
+
+Result<std::unique_ptr<Solution>> Solution::open(const std::string& directory,
+                                                 std::size_t arena_bytes) {
+  namespace fs = std::filesystem;
+  if (!fs::is_directory(directory))
+    return Status(Code::kUsage, directory, "", "not a run directory",
+                  "give the directory that atrium solve wrote with -o");
+  StoreOptions options;
+  options.arena_bytes = arena_bytes;
+  Result<std::unique_ptr<ClusterStore>> store =
+      ClusterStore::open(directory, options, OpenMode::kReadOnly);
+  if (!store.ok()) return store.status();
+  std::unique_ptr<Solution> s(new Solution);
+  Parts& parts = *s->parts_;
+  parts.store = std::move(store).value();
+  Result<RunModel> run = load_run_model(*parts.store, directory);
+  if (!run.ok()) return run.status();
+  parts.run = std::move(run).value();
+  const std::string summary = directory + "/summary.json";
+  if (fs::exists(summary)) {
+    Result<std::string> text = read_text(summary);
+    if (!text.ok()) return text.status();
+    parts.summary = std::move(text).value();
+  }
+  return s;
+}
+
+const RunModel& Solution::run() const { return parts_->run; }
+const std::string& Solution::summary_json() const { return parts_->summary; }
+
+Result<ClusterView> Solution::cluster(ClusterId id) {
+  parts_->pin = {};
+  Result<ClusterPin> pin = parts_->store->read(record_id(RecordKind::kCluster, id.value));
+  if (!pin.ok()) return pin.status();
+  parts_->pin = std::move(pin).value();
+  return ClusterView::parse(parts_->pin.bytes());
+}
+
+Status Solution::for_each_cluster(
+    const std::function<void(ClusterId, const ClusterView&)>& visit) {
+  for (std::size_t c = 0; c < parts_->run.model.clusters.size(); ++c) {
+    const Result<ClusterView> view = cluster(ClusterId(c));
+    if (!view.ok()) return view.status();
+    visit(ClusterId(c), *view);
+  }
+  return {};
+}
+
+std::optional<PatchId> Solution::patch_at(const Vec3& x, const Vec3& normal,
+                                          double tolerance) const {
+  if (!parts_->grid || parts_->grid->margin() < tolerance)
+    parts_->grid.emplace(parts_->run.model, parts_->run.bounds, tolerance);
+  return parts_->grid->find(x, normal, tolerance);
+}
+
+CellId Solution::cell_at(const Vec3& x, const Vec3& normal) const {
+  const Model& model = parts_->run.model;
+  const double step = 10 * model.tolerance;
+  const Vec3 at = x + step * normal;
+  CellId best;
+  double smallest = std::numeric_limits<double>::infinity();
+  for (std::size_t c = 0; c < model.cells.size(); ++c) {
+    const Cell& cell = model.cells[c];
+    if (!cell.bounds.contains(at)) continue;
+    const Vec3 e = cell.bounds.extent();
+    const double volume = e.x * e.y * e.z;
+    if (volume < smallest) {
+      smallest = volume;
+      best = CellId(c);
+    }
+  }
+  return best;
+}
+
+Result<SurfaceSample> Solution::sample(PatchId id, const Vec3& x) {
+  const Model& model = parts_->run.model;
+  const Patch& patch = model.patches[id.value];
+  const Result<ClusterView> view = cluster(patch.cluster);
+  if (!view.ok()) return view.status();
+  const PatchView tree =
+      view->patch(id.value - model.clusters[patch.cluster.value].first_patch);
+  const Vec2 p = tree.head->frame.to_plane(x);
+  SurfaceSample s;
+  s.irradiance = irradiance_at(tree, leaf_at(tree, p), p);
+  s.radiosity = tree.head->exitance + tree.head->reflectance * s.irradiance;
+  s.cluster = patch.cluster;
+  s.cell = cell_at(x, tree.head->frame.n);
+  return s;
+}
+
+Result<Spectrum> Solution::final_gather(const Vec3& x, const Vec3& normal, int directions) {
+  const Model& model = parts_->run.model;
+  if (!parts_->rays) {
+    std::vector<BlockerPolygon> polygons;
+    for (std::size_t p = 0; p < model.patches.size(); ++p)
+      polygons.push_back({model.polygon(model.patches[p]), static_cast<std::uint32_t>(p)});
+    parts_->rays.emplace(polygons);
+  }
+  const Vec3 n = normalize(normal);
+  const Vec3 u = normalize(cross(std::abs(n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}, n));
+  const Vec3 v = cross(n, u);
+  constexpr double kGoldenAngle = 2.39996322972865332;
+  Spectrum sum{0};
+  for (int i = 0; i < directions; ++i) {
+    const double r2 = (i + 0.5) / directions, r = std::sqrt(r2), a = kGoldenAngle * i;
+    const Vec3 d = r * std::cos(a) * u + r * std::sin(a) * v + std::sqrt(1 - r2) * n;
+    const std::optional<Hit> hit = parts_->rays->closest_hit(x, d, model.tolerance);
+    if (!hit) continue;
+    // A hit belongs to the side that faces the ray.
+    const std::optional<PatchId> patch =
+        dot(hit->normal, d) < 0 ? std::optional<PatchId>(PatchId(hit->id))
+                                : patch_at(hit->point, -d, 10 * model.tolerance);
+    if (!patch) continue;
+    const Result<SurfaceSample> s = sample(*patch, hit->point);
+    if (!s.ok()) return s.status();
+    sum += s->radiosity;
+  }
+  return sum / double(directions);
+}
+
+std::int32_t leaf_at(const PatchView& patch, const Vec2& p) {
+  // How far outside an element's outline p lies; the child with less of it holds p.
+  const auto outside = [&](const Element& e) {
+    const std::span<const Vec2> o = patch.polygon(e);
+    double worst = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < o.size(); ++i) {
+      const Vec2 d = o[(i + 1) % o.size()] - o[i], q = p - o[i];
+      const double l = std::hypot(d.x, d.y);
+      if (l > 0) worst = std::max(worst, -(d.x * q.y - d.y * q.x) / l);
+    }
+    return worst;
+  };
+  std::int32_t i = 0;
+  while (!patch.elements[i].leaf()) {
+    const std::int32_t c = patch.elements[i].child;
+    i = outside(patch.elements[c]) <= outside(patch.elements[c + 1]) ? c : c + 1;
+  }
+  return i;
+}
+
+Spectrum irradiance_at(const PatchView& patch, std::int32_t element, const Vec2& p) {
+  const BasisValues phi =
+      evaluate_basis(patch.basis_of(element), patch.elements[element], patch.order, p);
+  const std::span<const double> e = patch.e_of(element);
+  Spectrum sum{0};
+  for (int a = 0; a < patch.k(); ++a)
+    sum += phi[a] * Spectrum{e[3 * a], e[3 * a + 1], e[3 * a + 2]};
+  // The basis rings below zero beside sharp shadows: clamped here, where it is shown.
+  return {std::max(0.0, sum.x), std::max(0.0, sum.y), std::max(0.0, sum.z)};
+}
+
+}  // namespace atrium
