@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "data/office.h"
 #include "data/simple.h"
 
 namespace atrium {
@@ -20,6 +21,11 @@ Status usage(const std::string& cause, const std::string& remedy) {
   return {Code::kUsage, "gen", "", cause, remedy};
 }
 
+Furnish furnish_of(const GenerateOptions& o) {
+  const std::string grade = o.furnish.value_or("none");
+  return grade == "low" ? Furnish::kLow : grade == "high" ? Furnish::kHigh : Furnish::kNone;
+}
+
 const std::vector<Kind>& kinds() {
   using Options = GenerateOptions;
   static const std::vector<Kind> kAll{
@@ -34,6 +40,15 @@ const std::vector<Kind>& kinds() {
        [](const Options& o) -> Result<GeneratedModel> {
          return grid_of_rooms(o.grid.value_or(4), o.rho, o.seed);
        }},
+      {"office",
+       {"furnish"},
+       [](const Options& o) -> Result<GeneratedModel> { return office(furnish_of(o), o.seed); }},
+      {"office-low",
+       {},
+       [](const Options& o) -> Result<GeneratedModel> { return office(Furnish::kLow, o.seed); }},
+      {"office-high",
+       {},
+       [](const Options& o) -> Result<GeneratedModel> { return office(Furnish::kHigh, o.seed); }},
   };
   return kAll;
 }

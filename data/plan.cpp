@@ -42,24 +42,14 @@ void reveal_group(ModelBuilder& out, const std::string& name, PaintId paint, Sid
   out.rectangle(paint, along, -1, wall_point(s, lo, r.a1, r.b0), wall_point(s, hi, r.a1, r.b1));
 }
 
-// A bar in a recess; the faces at its ends, in direction `end_axis`, touch something and are left
-// out.
-void bar(ModelBuilder& out, PaintId paint, const Vec3& p, const Vec3& q, int end_axis) {
-  out.box(paint, glm::min(p, q), glm::max(p, q), 3u << (2 * end_axis));
-}
-
+// An upright bar that ends at the recess's sill and head.
 void mullion_group(ModelBuilder& out, const std::string& name, const Recess& r, int back) {
   const int c0 = back - outward(r.side) * kBarFromPane, c1 = c0 - outward(r.side) * kBarWidth;
   const int a = (r.rect.a0 + r.rect.a1 - kBarWidth) / 2;
-  const int z = r.rect.b0 + (r.rect.b1 - r.rect.b0) * 2 / 3;
-  const auto add = [&](const Rect& s, int end_axis) {
-    bar(out, r.frame.paint, wall_point(r.side, c0, s.a0, s.b0), wall_point(r.side, c1, s.a1, s.b1),
-        end_axis);
-  };
+  const Vec3 p = wall_point(r.side, c0, a, r.rect.b0);
+  const Vec3 q = wall_point(r.side, c1, a + kBarWidth, r.rect.b1);
   out.begin(name);
-  add({a, a + kBarWidth, r.rect.b0, r.rect.b1}, 2);
-  add({r.rect.a0, a, z, z + kBarWidth}, 1 - axis_of(r.side));
-  add({a + kBarWidth, r.rect.a1, z, z + kBarWidth}, 1 - axis_of(r.side));
+  out.box(r.frame.paint, glm::min(p, q), glm::max(p, q), kTopFace | kBottomFace);
 }
 
 Rect framed(const Rect& hole, const HoleFrame& frame) {
@@ -68,17 +58,14 @@ Rect framed(const Rect& hole, const HoleFrame& frame) {
   return r;
 }
 
-void cut_wall(Room& room, Side side, const std::string& name, const Rect& hole,
-              const HoleFrame& frame) {
-  WallHole h{hole, framed(hole, frame), frame.paint, name};
-  const Rect wall = room.wall(side);
-  ATRIUM_CHECK(wall.a0 <= h.framed.a0 && h.framed.a1 <= wall.a1 && wall.b0 <= h.framed.b0 &&
-               h.framed.b1 <= wall.b1);
+void cut_wall(Room& room, Side side, WallHole hole) {
+  const Rect wall = room.wall(side), &cut = hole.framed;
+  ATRIUM_CHECK(wall.a0 <= cut.a0 && cut.a1 <= wall.a1 && wall.b0 <= cut.b0 && cut.b1 <= wall.b1);
   auto& holes = room.holes[static_cast<std::size_t>(side)];
-  for (const WallHole& other : holes) ATRIUM_CHECK(!other.framed.overlaps(h.framed));
-  holes.push_back(std::move(h));
-  if (hole.b0 < room.z0 + kWalkable)
-    room.occupied.push_back(strip_before(room, side, hole.a0, hole.a1, kDoorClearance));
+  for (const WallHole& other : holes) ATRIUM_CHECK(!other.framed.overlaps(cut));
+  if (cut.b0 < room.z0 + kWalkable)
+    room.occupied.push_back(strip_before(room, side, cut.a0, cut.a1, kDoorClearance));
+  holes.push_back(std::move(hole));
 }
 
 }  // namespace
@@ -127,19 +114,21 @@ int Plan::add(Room room) {
   return size() - 1;
 }
 
-void Plan::add(const Opening& opening) {
-  const int from = room(opening.a).wall_at(opening.side);
-  const int to = room(opening.b).wall_at(opposite(opening.side));
-  ATRIUM_CHECK((to - from) * outward(opening.side) > 0);
-  cut_wall(room(opening.a), opening.side, opening.name, opening.rect, opening.frame);
-  cut_wall(room(opening.b), opposite(opening.side), opening.name, opening.rect, opening.frame);
-  openings_.push_back(opening);
+void Plan::add(const Opening& o) {
+  const int from = room(o.a).wall_at(o.side), to = room(o.b).wall_at(opposite(o.side));
+  ATRIUM_CHECK((to - from) * outward(o.side) > 0);
+  const WallHole hole{o.rect, framed(o.rect, o.frame), o.frame.paint, o.name};
+  cut_wall(room(o.a), o.side, hole);
+  cut_wall(room(o.b), opposite(o.side), hole);
+  openings_.push_back(o);
 }
 
-void Plan::add(const Recess& recess) {
-  cut_wall(room(recess.room), recess.side, recess.name, recess.rect, recess.frame);
-  recesses_.push_back(recess);
+void Plan::add(const Recess& r) {
+  cut_wall(room(r.room), r.side, {r.rect, framed(r.rect, r.frame), r.frame.paint, r.name});
+  recesses_.push_back(r);
 }
+
+void Plan::add(const Panel& p) { cut_wall(room(p.room), p.side, {{}, p.rect, p.paint, p.name}); }
 
 void Plan::build(int i, ModelBuilder& out) const {
   const Room& room = rooms_[static_cast<std::size_t>(i)];
@@ -192,8 +181,8 @@ void Plan::build_walls(const Room& room, ModelBuilder& out) const {
   }
   for (Side s : kSides) {
     for (const WallHole& h : room.holes_in(s))
-      wall_group(out, prefix + h.name + "/frame", h.frame, s, room.wall_at(s), h.framed,
-                 std::span(&h.rect, 1));
+      wall_group(out, prefix + h.name + (h.rect.empty() ? "" : "/frame"), h.frame, s,
+                 room.wall_at(s), h.framed, std::span(&h.rect, 1));
   }
 }
 

@@ -28,7 +28,8 @@ struct Finish {
   int base_height = 0;  // mm; 0: none
 };
 
-// A hole in a wall: a along it (x or y), b upwards. A flush frame fills `framed` around `rect`.
+// A hole in a wall: a along it (x or y), b upwards. A flush frame fills `framed` around `rect`,
+// which is empty for a panel.
 struct WallHole {
   Rect rect, framed;
   PaintId frame = 0;
@@ -79,7 +80,16 @@ struct Recess {
   std::string back_name = {};     // "pane", "leaf"
   std::vector<Rect> panels = {};  // flush in the back
   PaintId panel = 0;
-  bool mullion = false;  // an upright bar in the middle and a crossbar on either side of it
+  bool mullion = false;  // an upright bar in the middle
+};
+
+// Flush in a wall: a board, a cabinet's door.
+struct Panel {
+  std::string name;
+  int room = 0;
+  Side side = Side::kWest;
+  Rect rect;
+  PaintId paint = 0;
 };
 
 class Plan {
@@ -87,6 +97,7 @@ class Plan {
   int add(Room room);  // its index
   void add(const Opening& opening);
   void add(const Recess& recess);
+  void add(const Panel& panel);
 
   Room& room(int i) { return rooms_[static_cast<std::size_t>(i)]; }
   int size() const { return static_cast<int>(rooms_.size()); }

@@ -105,49 +105,99 @@ inline Vec3 net_area(const GeneratedModel& m) {
   return sum;
 }
 
-// From points uniform by area on the fronts, rays uniform in angle: none escapes. Where solids
-// touch, a part of a front lies under them, and all its rays hit the solid from inside (backs);
-// from anywhere else only fronts are seen, so a point never sees both.
-inline void expect_closed(const GeneratedModel& m, int points, double covered_allowed) {
-  constexpr int kRaysEach = 4;
+// A point on a face's front, just above it.
+struct FrontPoint {
+  std::size_t face = 0;
+  Frame frame;  // of the face, its origin the point
+};
+
+inline FrontPoint front_point(const GeneratedModel& m, std::size_t face, const Vec3& x) {
   constexpr double kLift = 1e-7;  // m
+  FrontPoint p{face, frame_of(m.polygon(m.faces[face]))};
+  p.frame.origin = x + kLift * p.frame.n;
+  return p;
+}
+
+// Points uniform by area on the fronts of all faces.
+class FrontPoints {
+ public:
+  explicit FrontPoints(const GeneratedModel& m) : model_(m) {
+    for (std::size_t f = 0; f < m.faces.size(); ++f) {
+      const PolygonView p = m.polygon(m.faces[f]);
+      for (std::size_t k = 1; k + 1 < p.size(); ++k) {
+        triangles_.push_back({f, k});
+        total_ += length(cross(p[k] - p[0], p[k + 1] - p[0])) / 2;
+        cumulative_.push_back(total_);
+      }
+    }
+  }
+  FrontPoint draw(Dice& dice) const {
+    const auto i = static_cast<std::size_t>(
+        std::ranges::upper_bound(cumulative_, dice.uniform(0, total_)) - cumulative_.begin());
+    const auto [face, k] = triangles_[std::min(i, triangles_.size() - 1)];
+    const PolygonView p = model_.polygon(model_.faces[face]);
+    const double a = std::sqrt(dice.uniform(0, 1)), b = dice.uniform(0, 1);
+    return front_point(model_, face, p[0] + a * ((1 - b) * (p[k] - p[0]) + b * (p[k + 1] - p[0])));
+  }
+
+ private:
+  const GeneratedModel& model_;
+  std::vector<std::pair<std::size_t, std::size_t>> triangles_;
+  std::vector<double> cumulative_;
+  double total_ = 0;
+};
+
+// A ray uniform in solid angle over the point's front.
+inline std::optional<RayHit> look(const RayGrid& grid, const FrontPoint& p, Dice& dice,
+                                  Vec3* where) {
+  const double z = dice.uniform(1e-3, 1), t = dice.uniform(0, 2 * std::numbers::pi);
+  const double s = std::sqrt(1 - z * z);
+  const Vec3 d = s * std::cos(t) * p.frame.u + s * std::sin(t) * p.frame.v + z * p.frame.n;
+  const auto hit = grid.first_hit(p.frame.origin, d, p.face);
+  if (hit) *where = p.frame.origin + hit->distance * d;
+  return hit;
+}
+
+// No ray from a front escapes. What lies under something that stands on it looks at the inside of
+// that thing: at backs, and at fronts that are covered too. Anything else sees fronts only.
+inline void expect_closed(const GeneratedModel& m, int points, double covered_allowed) {
+  constexpr int kRaysEach = 4, kRaysToSeeBack = 16;
   const RayGrid grid(m);
-  std::vector<double> cumulative;
-  double total = 0;
-  for (const GeneratedFace& f : m.faces) cumulative.push_back(total += area(m.polygon(f)));
+  const FrontPoints fronts(m);
   Dice dice(20, "expect_closed");
+  const auto place = [&](const FrontPoint& p) {
+    const Vec3& x = p.frame.origin;
+    return group_of(m, p.face) + " at " + std::to_string(x.x) + " " + std::to_string(x.y) + " " +
+           std::to_string(x.z);
+  };
   int covered = 0;
   for (int i = 0; i < points; ++i) {
-    const auto f = static_cast<std::size_t>(
-        std::ranges::upper_bound(cumulative, dice.uniform(0, total)) - cumulative.begin());
-    const PolygonView p = m.polygon(m.faces[f]);
-    // Uniform in the fan's triangles.
-    double pick = dice.uniform(0, area(p));
-    Vec3 from = p[0];
-    for (std::size_t k = 1; k + 1 < p.size(); ++k) {
-      const double part = length(cross(p[k] - p[0], p[k + 1] - p[0])) / 2;
-      pick -= part;
-      if (pick > 0 && k + 2 < p.size()) continue;
-      const double a = std::sqrt(dice.uniform(0, 1)), b = dice.uniform(0, 1);
-      from = p[0] + a * ((1 - b) * (p[k] - p[0]) + b * (p[k + 1] - p[0]));
-      break;
-    }
-    const Frame frame = frame_of(p);
-    from += kLift * frame.n;
-    int fronts = 0, backs = 0;
+    const FrontPoint p = fronts.draw(dice);
+    std::string back;
+    std::vector<FrontPoint> seen;
     for (int r = 0; r < kRaysEach; ++r) {
-      const double z = dice.uniform(1e-3, 1), t = dice.uniform(0, 2 * std::numbers::pi);
-      const double s = std::sqrt(1 - z * z);
-      const Vec3 d = s * std::cos(t) * frame.u + s * std::sin(t) * frame.v + z * frame.n;
-      const auto hit = grid.first_hit(from, d, f);
-      ASSERT_TRUE(hit) << "a ray escapes from " << group_of(m, f) << " at " << from.x << " "
-                       << from.y << " " << from.z;
-      ++(hit->front ? fronts : backs);
-      ASSERT_TRUE(fronts == 0 || backs == 0)
-          << group_of(m, f) << " at " << from.x << " " << from.y << " " << from.z
-          << " sees fronts and backs, one of " << group_of(m, hit->face);
+      Vec3 where;
+      const auto hit = look(grid, p, dice, &where);
+      ASSERT_TRUE(hit) << "a ray escapes from " << place(p);
+      if (hit->front) {
+        seen.push_back(front_point(m, hit->face, where));
+      } else {
+        back = group_of(m, hit->face);
+      }
     }
-    covered += backs > 0;
+    if (back.empty()) continue;
+    ++covered;
+    for (const FrontPoint& q : seen) {
+      bool inside = false;
+      for (int r = 0; r < kRaysToSeeBack && !inside; ++r) {
+        Vec3 where;
+        const auto hit = look(grid, q, dice, &where);
+        ASSERT_TRUE(hit) << "a ray escapes from " << place(q);
+        inside = !hit->front;
+      }
+      ASSERT_TRUE(inside) << place(p) << " sees the back of " << back << " and the air at "
+                          << place(q);
+    }
   }
   EXPECT_LE(covered, covered_allowed * points);
 }
