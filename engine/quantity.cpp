@@ -18,12 +18,12 @@ struct Unit {
 
 constexpr double kKi = 1024, kMi = kKi * 1024, kGi = kMi * 1024, kTi = kGi * 1024;
 
-constexpr Unit kSizes[] = {{"", 1},      {"B", 1},     {"kB", 1e3},  {"KB", 1e3},  {"MB", 1e6},
-                           {"GB", 1e9},  {"TB", 1e12}, {"KiB", kKi}, {"MiB", kMi}, {"GiB", kGi},
-                           {"TiB", kTi}};
-constexpr Unit kLengths[] = {{"", 1},     {"m", 1},       {"um", 1e-6},  {"mm", 1e-3},
-                             {"cm", 1e-2}, {"km", 1e3},   {"in", 0.0254}, {"ft", 0.3048}};
-constexpr Unit kTimes[] = {{"", 1},   {"s", 1},    {"ns", 1e-9}, {"us", 1e-6},
+constexpr Unit kSizes[] = {{"", 1},      {"B", 1},     {"kB", 1e3},  {"KB", 1e3},
+                           {"MB", 1e6},  {"GB", 1e9},  {"TB", 1e12}, {"KiB", kKi},
+                           {"MiB", kMi}, {"GiB", kGi}, {"TiB", kTi}};
+constexpr Unit kLengths[] = {{"", 1},      {"m", 1},    {"um", 1e-6},   {"mm", 1e-3},
+                             {"cm", 1e-2}, {"km", 1e3}, {"in", 0.0254}, {"ft", 0.3048}};
+constexpr Unit kTimes[] = {{"", 1},      {"s", 1},    {"ns", 1e-9}, {"us", 1e-6},
                            {"ms", 1e-3}, {"min", 60}, {"h", 3600},  {"d", 86400}};
 constexpr Unit kShares[] = {{"", 1}, {"%", 0.01}};
 
@@ -51,8 +51,8 @@ Result<double> parse(std::string_view kind, std::string_view text, std::span<con
   if (!std::isfinite(number)) return refused(kind, text, "is not a finite number", remedy);
   if (std::signbit(number)) return refused(kind, text, "is negative", remedy);
   const std::string_view name(rest, static_cast<std::size_t>(end - rest));
-  const auto unit = std::find_if(units.begin(), units.end(),
-                                 [&](const Unit& u) { return u.name == name; });
+  const auto unit =
+      std::find_if(units.begin(), units.end(), [&](const Unit& u) { return u.name == name; });
   if (unit == units.end())
     return refused(kind, text, "has the unknown unit '" + std::string(name) + "'", remedy);
   const double value = number * unit->factor;

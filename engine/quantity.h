@@ -18,9 +18,9 @@ Result<double> parse_share(std::string_view text);        // of 1: 2%, 0.02; at 
 Result<double> parse_bandwidth(std::string_view text);    // bytes a second: 1GB/s, 200MiB/s
 
 // For reports: three or four significant digits in the unit that fits.
-std::string format_size(std::uint64_t bytes);   // "1.5 GiB"
-std::string format_length(double metres);       // "25.4 mm"
-std::string format_time(double seconds);        // "1 h 02 min", "12.3 s", "4.56 ms"
-std::string format_share(double share);         // "2.5%"
+std::string format_size(std::uint64_t bytes);  // "1.5 GiB"
+std::string format_length(double metres);      // "25.4 mm"
+std::string format_time(double seconds);       // "1 h 02 min", "12.3 s", "4.56 ms"
+std::string format_share(double share);        // "2.5%"
 
 }  // namespace atrium

@@ -24,9 +24,9 @@ struct ImportOptions {
   std::string assign_file;         // TOML, "" for none
   std::vector<std::string> drop;   // regular expressions searched for in object names
   SidesChoice sides = SidesChoice::kAuto;
-  double unit = 1;                     // metres a file unit
-  bool emission_is_exitance = false;   // Ke is M in lm/m², not L in cd/m²
-  double white = 0.9;                  // what a reflectance of exactly 1 is taken as, in [0, 1)
+  double unit = 1;                    // metres a file unit
+  bool emission_is_exitance = false;  // Ke is M in lm/m², not L in cd/m²
+  double white = 0.9;                 // what a reflectance of exactly 1 is taken as, in [0, 1)
 };
 
 Result<Scene> import_scene(const ImportOptions& options);

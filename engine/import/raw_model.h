@@ -6,10 +6,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "engine/scene.h"
 #include "engine/spectrum.h"
 #include "engine/vec.h"
 
@@ -17,9 +19,12 @@ namespace atrium {
 
 struct RawMaterial {
   std::string name;
-  Spectrum reflectance{0};  // as written; NaN where the file gave none
+  Spectrum reflectance{0};  // as written, where has_reflectance
   Spectrum emission{0};     // as written
-  double opacity = 1;       // d, or alpha
+  bool has_reflectance = false;
+  bool emission_is_luminance = false;  // cd/m² whatever --emission says: it was assigned
+  std::optional<Sides> sides;          // assigned
+  double opacity = 1;                  // d, or alpha
   bool textured = false;
   bool double_sided = false;  // glTF's doubleSided
   std::uint32_t file = 0;     // index into RawModel::files
