@@ -44,6 +44,7 @@ namespace atrium {
 class Arena;
 class ClusterStore;
 class Disk;
+class DiskFile;
 class DiskLock;
 class PageFile;
 class Policy;
@@ -192,35 +193,56 @@ class ClusterStore {
   friend class ClusterPin;
   friend class ClusterEdit;
 
-  ClusterStore(std::string dir, const StoreOptions& options, OpenMode mode);
+  struct RootContents;  // what one root names, as read from disk
 
-  Status open_arena(const StoreOptions& options);
-  Status lock_directory();
-  Status load_newest_root();
-  Status load_root(const Root& root);
-  Status bring_in(StoredRecord& record);
-  Result<std::uint64_t> make_room(std::uint64_t granules);
-  Status evict(StoredRecord& victim);
-  Status write_back(StoredRecord& record);
-  Status write_own_record(RecordId id, std::span<const std::byte> payload, StoredRecord& record);
-  Status resize(StoredRecord& record, std::size_t size);
-  Status arena_too_small(RecordId id, std::uint64_t granules) const;
-  Status pin(RecordId id, StoredRecord*& record);
+  ClusterStore(const std::string& dir, const StoreOptions& options, OpenMode mode);
+  Status prepare(const StoreOptions& options);  // lock, files, arena, policy; no records yet
+
+  // Records in the arena: cluster_store.cpp
+  Result<StoredRecord*> pin(RecordId id);
   void release(StoredRecord& record);
+  Status bring_in(StoredRecord& record);
+  Result<std::uint64_t> make_room(RecordId id, std::uint64_t granules);
+  Status fits(RecordId id, std::uint64_t granules, std::uint64_t own_granules) const;
+  Status evict_one(RecordId id, std::uint64_t granules, std::uint64_t own_granules);
+  Status resize(StoredRecord& record, std::size_t size);
+  Status write_back(StoredRecord& record);
+  Result<StoredExtent> write_image(std::span<std::byte> image, RecordId id, std::uint64_t length,
+                                   std::uint32_t version);
+  Status read_image(std::span<std::byte> image, RecordId id, const StoredExtent& extent,
+                    const StoreUuid& uuid);
+  void leave_extent(const StoredExtent& extent);
+  std::span<std::byte> image_of(const StoredRecord& record) const;
   std::span<std::byte> payload_of(const StoredRecord& record) const;
-  Status refuse_writes() const;
+  void count_pinned(std::uint64_t granules);
+
+  // Roots and what they name: checkpoint.cpp
+  Status flush_dirty();
+  Result<Root> write_contents(std::span<const std::byte> state);
+  Result<StoredExtent> write_own_record(RecordId id, std::span<const std::byte> payload,
+                                        const StoredExtent& last);
+  void become(const Root& root, std::span<const std::byte> state);
+  Status load_newest_root();
+  Status load(const Root& root);
+  void protect_older(const Root& older);
+  Result<RootContents> read_contents(const Root& root);
+  Result<std::vector<std::byte>> read_own_record(RecordId id, const StoredExtent& extent,
+                                                 const StoreUuid& uuid);
+  Status verify(const Root& root);
+  Status unless_moved_on(Status fault, std::uint64_t steps);
 
   std::string dir_;
   OpenMode mode_;
   Disk& disk_;
   std::unique_ptr<DiskLock> lock_;
+  std::unique_ptr<DiskFile> roots_;
   std::unique_ptr<PageFile> pages_;
   std::unique_ptr<Arena> arena_;
   std::unique_ptr<Policy> policy_;
   StoreUuid uuid_{};
   std::uint64_t epoch_ = 0;  // of the last durable root; what is written now belongs to epoch_ + 1
   std::unordered_map<RecordId, StoredRecord> records_;
-  std::unique_ptr<StoredRecord> directory_record_, state_record_;
+  StoredExtent directory_on_disk_, state_on_disk_;
   std::vector<std::byte> state_;
   Status recovery_note_;
   Status failed_;  // the first failure that nothing may be written after

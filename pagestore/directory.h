@@ -17,17 +17,6 @@
 
 namespace atrium {
 
-// A record's image on disk, as last written.
-struct StoredExtent {
-  std::uint64_t first = kNoGranule;  // page file address
-  std::uint64_t length = 0;          // bytes of payload
-  std::uint64_t epoch = 0;           // the checkpoint it belongs to
-  std::uint64_t header_hash = 0;
-  std::uint32_t version = 0;
-  bool exists() const { return first != kNoGranule; }
-  std::uint64_t granules() const { return granules_of(length); }
-};
-
 struct StoredRecord {
   RecordId id;
   StoredExtent on_disk;             // behind the arena's image while dirty
@@ -53,10 +42,9 @@ static_assert(sizeof(DirectoryEntry) == 48);
 DirectoryEntry entry_of(RecordId id, const StoredExtent& extent);
 StoredExtent extent_of(const DirectoryEntry& entry);
 
-// The payload of the directory record. `entries` must be sorted by id, without repetition.
-std::vector<std::byte> encode_directory(std::span<const DirectoryEntry> entries);
-
-// The entries of such a payload, or what is wrong with it; the caller adds file and place.
-Result<std::vector<DirectoryEntry>> decode_directory(std::span<const std::byte> payload);
+// The entries in a directory record's payload, sorted by id without repetition, or what is wrong
+// with it.
+Result<std::vector<DirectoryEntry>> decode_directory(std::span<const std::byte> payload,
+                                                     const std::string& path);
 
 }  // namespace atrium

@@ -16,6 +16,8 @@
 #include <span>
 #include <string>
 
+#include "pagestore/extent.h"
+
 namespace atrium {
 
 // What a record is for; only counted apart here, never interpreted.
@@ -72,19 +74,29 @@ constexpr std::uint64_t granules_of(std::uint64_t payload_bytes) {
 
 std::uint64_t hash_bytes(std::span<const std::byte> bytes);  // XXH3-64
 
+// A record's image on disk, as last written.
+struct StoredExtent {
+  std::uint64_t first = kNoGranule;  // page file address
+  std::uint64_t length = 0;          // bytes of payload
+  std::uint64_t epoch = 0;           // the checkpoint it belongs to
+  std::uint64_t header_hash = 0;     // of the header there
+  std::uint32_t version = 0;
+  bool exists() const { return first != kNoGranule; }
+  std::uint64_t granules() const { return granules_of(length); }
+};
+
 // Fills in the header of an image (header, payload, padding) and zeros the padding.
-// Returns the header's hash.
-std::uint64_t seal_record(std::span<std::byte> image, RecordId id, std::uint32_t version,
-                          std::uint64_t length, std::uint64_t epoch, const StoreUuid& uuid);
+// extent.header_hash is not looked at. Returns the header's hash.
+std::uint64_t seal_record(std::span<std::byte> image, RecordId id, const StoredExtent& extent,
+                          const StoreUuid& uuid);
+
+// What to do about a store that was damaged behind its back.
+inline constexpr const char* kDamageRemedy =
+    "resume the run (it goes on from the older root if that is whole), restore the run directory "
+    "from a copy, or solve again";
 
 // What is wrong with an image that should hold this record; "" if nothing.
-struct RecordExpectation {
-  RecordId id;
-  std::uint64_t length = 0;
-  std::uint64_t epoch = 0;
-  std::uint64_t header_hash = 0;
-};
-std::string record_fault(std::span<const std::byte> image, const RecordExpectation& expected,
+std::string record_fault(std::span<const std::byte> image, RecordId id, const StoredExtent& extent,
                          const StoreUuid& uuid);
 
 }  // namespace atrium

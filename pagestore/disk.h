@@ -1,0 +1,70 @@
+// Disk: the few calls that can fail, and nothing else of the machine. The store runs on the
+// machine's own disk or, in tests, on a simulated one that tears, fills up and loses power.
+//
+// Reading goes through read-only mappings and is copied out; writing never does: a writable
+// mapping reaches the disk whenever the kernel likes, and errors arrive as signals. A mapped page
+// that cannot be read is reported as a Status too, not as SIGBUS.
+//
+// A failed sync is final: the kernel may have dropped the pages, so it must not be retried.
+// Not thread safe; distinct files may be used from distinct threads.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "engine/status.h"
+
+namespace atrium {
+
+class DiskFile {
+ public:
+  virtual ~DiskFile() = default;
+  virtual const std::string& path() const = 0;
+  virtual Result<std::uint64_t> size() const = 0;  // bytes
+
+  // Makes the file at least `size` bytes long with every byte of them backed by the disk, so that
+  // a full disk shows here. What it held is kept; new bytes are zero.
+  virtual Status allocate(std::uint64_t size) = 0;
+
+  // Writes some of the bytes, at least one, and says how many. See write_all.
+  virtual Result<std::size_t> write_some(std::uint64_t offset,
+                                         std::span<const std::byte> bytes) = 0;
+
+  // Reads all of them; a file that ends before is an error.
+  virtual Status read(std::uint64_t offset, std::span<std::byte> bytes) = 0;
+
+  // Advice that this will be read soon.
+  virtual void will_read(std::uint64_t offset, std::uint64_t length) = 0;
+
+  virtual Status sync() = 0;  // fdatasync: what was written is durable on return
+};
+
+Status write_all(DiskFile& file, std::uint64_t offset, std::span<const std::byte> bytes);
+
+// Held while it lives; freed by the system whatever becomes of the process.
+class DiskLock {
+ public:
+  virtual ~DiskLock() = default;
+};
+
+enum class DiskAccess { kRead, kReadWrite };
+
+class Disk {
+ public:
+  virtual ~Disk() = default;
+  virtual bool exists(const std::string& path) const = 0;
+  virtual Status make_directory(const std::string& path) = 0;  // and those above it; may exist
+  // kReadWrite makes a file that is missing.
+  virtual Result<std::unique_ptr<DiskFile>> open(const std::string& path, DiskAccess access) = 0;
+  virtual Status remove(const std::string& path) = 0;
+  virtual Status sync_directory(const std::string& path) = 0;  // files made in it are durable
+  // Writes the process id into the lock file. Refuses with the holder's id if it is held.
+  virtual Result<std::unique_ptr<DiskLock>> lock(const std::string& path) = 0;
+};
+
+Disk& machine_disk();
+
+}  // namespace atrium

@@ -1,0 +1,189 @@
+// SimulatedDisk: a disk in memory that keeps apart what is written from what is durable, counts its
+// calls, and can fill up, fail, write short and lose power.
+//
+// A write is pending until the file's next sync; a file's length grows durably with the sync too,
+// and a file that was made is durable after sync_directory. On power loss any subset of what is
+// pending reaches the disk, each write whole, torn at a sector, or not at all.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pagestore/disk.h"
+
+namespace atrium {
+
+class SimulatedDisk final : public Disk {
+ public:
+  static constexpr std::uint64_t kSector = 512;
+
+  struct File {
+    std::vector<std::byte> now, durable;
+    std::vector<std::pair<std::uint64_t, std::vector<std::byte>>> pending;
+    bool name_durable = false;
+    bool locked = false;
+  };
+
+  // What becomes of call number `n` (from 0) of those that write, reserve, sync or make.
+  enum class Fault { kNone, kError, kShort, kPowerOff };
+  std::function<Fault(std::uint64_t n, const std::string& call)> fault;
+
+  std::uint64_t capacity = ~std::uint64_t{0};  // bytes of all files
+  std::uint64_t calls = 0;
+  bool powered = true;
+  std::map<std::string, File> files;
+
+  // The disk after power came back.
+  void lose_power_and_restart(std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    for (auto it = files.begin(); it != files.end();) {
+      File& file = it->second;
+      file.locked = false;
+      if (!file.name_durable && random() % 2 == 0) {
+        it = files.erase(it);
+        continue;
+      }
+      if (file.now.size() > file.durable.size() && random() % 2 == 0)
+        file.durable.resize(file.now.size());
+      for (const auto& [offset, bytes] : file.pending) land(file.durable, offset, bytes, random);
+      file.now = file.durable;
+      file.pending.clear();
+      file.name_durable = true;
+      ++it;
+    }
+    powered = true;
+    fault = nullptr;
+  }
+
+  std::uint64_t used() const {
+    std::uint64_t bytes = 0;
+    for (const auto& [path, file] : files) bytes += file.now.size();
+    return bytes;
+  }
+
+  bool exists(const std::string& path) const override { return files.contains(path); }
+  Status make_directory(const std::string&) override { return {}; }
+
+  Result<std::unique_ptr<DiskFile>> open(const std::string& path, DiskAccess access) override {
+    if (!powered || (access == DiskAccess::kRead && !files.contains(path)))
+      return failure(path, "open");
+    files[path];
+    return std::unique_ptr<DiskFile>(std::make_unique<Handle>(*this, path));
+  }
+
+  Status remove(const std::string& path) override {
+    if (!powered) return failure(path, "remove");
+    files.erase(path);
+    return {};
+  }
+
+  Status sync_directory(const std::string& path) override {
+    if (next("sync_directory") != Fault::kNone) return failure(path, "sync_directory");
+    for (auto& [name, file] : files) file.name_durable = true;
+    return {};
+  }
+
+  Result<std::unique_ptr<DiskLock>> lock(const std::string& path) override {
+    File& file = files[path];
+    if (file.locked) return Status(Code::kStore, path, "", "in use by process 1", "");
+    file.locked = true;
+    return std::unique_ptr<DiskLock>(std::make_unique<Lock>(*this, path));
+  }
+
+ private:
+  class Lock final : public DiskLock {
+   public:
+    Lock(SimulatedDisk& disk, std::string path) : disk_(disk), path_(std::move(path)) {}
+    ~Lock() override {
+      if (disk_.files.contains(path_)) disk_.files[path_].locked = false;
+    }
+
+   private:
+    SimulatedDisk& disk_;
+    std::string path_;
+  };
+
+  class Handle final : public DiskFile {
+   public:
+    Handle(SimulatedDisk& disk, std::string path) : disk_(disk), path_(std::move(path)) {}
+    const std::string& path() const override { return path_; }
+    Result<std::uint64_t> size() const override {
+      return std::uint64_t{disk_.files[path_].now.size()};
+    }
+    Status allocate(std::uint64_t size) override {
+      if (disk_.next("allocate") != Fault::kNone) return failure(path_, "allocate");
+      File& file = disk_.files[path_];
+      if (size <= file.now.size()) return {};
+      if (disk_.used() + size - file.now.size() > disk_.capacity)
+        return Status(Code::kStore, path_, "", "no space left", "make room");
+      file.now.resize(size);
+      return {};
+    }
+    Result<std::size_t> write_some(std::uint64_t offset,
+                                   std::span<const std::byte> bytes) override {
+      const Fault what = disk_.next("write");
+      File& file = disk_.files[path_];
+      if (what == Fault::kShort) bytes = bytes.first((bytes.size() + 1) / 2);
+      if (what == Fault::kPowerOff)  // under way when the power went: may land, may tear
+        file.pending.emplace_back(offset, std::vector(bytes.begin(), bytes.end()));
+      if (what == Fault::kError || what == Fault::kPowerOff) return failure(path_, "write");
+      if (offset + bytes.size() > file.now.size())
+        return failure(path_, "a write past what is reserved");
+      std::memcpy(file.now.data() + offset, bytes.data(), bytes.size());
+      file.pending.emplace_back(offset, std::vector(bytes.begin(), bytes.end()));
+      return bytes.size();
+    }
+    Status read(std::uint64_t offset, std::span<std::byte> bytes) override {
+      const File& file = disk_.files[path_];
+      if (!disk_.powered) return failure(path_, "read");
+      if (offset + bytes.size() > file.now.size()) return failure(path_, "the file ends early");
+      std::memcpy(bytes.data(), file.now.data() + offset, bytes.size());
+      return {};
+    }
+    void will_read(std::uint64_t, std::uint64_t) override {}
+    Status sync() override {
+      const Fault what = disk_.next("sync");
+      File& file = disk_.files[path_];
+      if (what != Fault::kNone) return failure(path_, "sync");
+      file.durable = file.now;
+      file.pending.clear();
+      return {};
+    }
+
+   private:
+    SimulatedDisk& disk_;
+    std::string path_;
+  };
+
+  static Status failure(const std::string& path, const std::string& what) {
+    return Status(Code::kStore, path, "", what + " failed", "");
+  }
+
+  Fault next(const std::string& call) {
+    const std::uint64_t n = calls++;
+    if (!powered) return Fault::kError;
+    const Fault what = fault ? fault(n, call) : Fault::kNone;
+    if (what == Fault::kPowerOff) powered = false;
+    return what;
+  }
+
+  static void land(std::vector<std::byte>& disk, std::uint64_t offset,
+                   const std::vector<std::byte>& bytes, std::mt19937_64& random) {
+    const auto fate = random() % 3;  // none, whole, torn
+    for (std::uint64_t at = 0; at < bytes.size(); at += kSector) {
+      const bool lands = fate == 1 || (fate == 2 && random() % 2 == 0);
+      const std::uint64_t n = std::min<std::uint64_t>(kSector, bytes.size() - at);
+      if (lands && offset + at + n <= disk.size())
+        std::memcpy(disk.data() + offset + at, bytes.data() + at, n);
+    }
+  }
+};
+
+}  // namespace atrium
