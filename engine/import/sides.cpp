@@ -110,9 +110,10 @@ class SidesDecision {
   void decide_shells(const std::vector<Shell>& shells, std::uint32_t object) {
     double volume = 0;
     for (const Shell& s : shells) volume += s.volume;
-    const bool lamp = encloses_lamp(shells, object);
-    for (const Shell& s : shells) {
-      if (lamp)
+    const std::vector<bool> holds_lamp = lamps_within(shells, object);
+    for (std::size_t i = 0; i < shells.size(); ++i) {
+      const Shell& s = shells[i];
+      if (holds_lamp[i])
         set(s.faces, kBothSides, kLampWithin);
       else if (s.volume >= 0 || volume > 0)  // the hollow of a solid faces inwards rightly
         set(s.faces, kFront, kSolids);
@@ -135,17 +136,23 @@ class SidesDecision {
     return false;
   }
 
-  // Is another object's lamp inside these solids? A lamp in a hollow of theirs is not: there the
-  // hollow's shell takes back what the outer one encloses.
-  bool encloses_lamp(const std::vector<Shell>& shells, std::uint32_t object) const {
+  // Which of these shells have another object's lamp inside the solids they bound? A lamp in a
+  // hollow is not: there the hollow's shell takes back what the outer one encloses.
+  std::vector<bool> lamps_within(const std::vector<Shell>& shells, std::uint32_t object) const {
+    std::vector<bool> holds(shells.size(), false);
+    std::vector<double> winding(shells.size());
     for (const Lamp& lamp : lamps_) {
       if (lamp.object == object) continue;
-      double winding = 0;
-      for (const Shell& s : shells)
-        if (s.box.contains(lamp.before)) winding += winding_number(s, lamp.before);
-      if (winding > kInside) return true;
+      double sum = 0;
+      for (std::size_t i = 0; i < shells.size(); ++i) {
+        const bool near = shells[i].box.contains(lamp.before);
+        sum += winding[i] = near ? winding_number(shells[i], lamp.before) : 0;
+      }
+      if (sum <= kInside) continue;
+      for (std::size_t i = 0; i < shells.size(); ++i)
+        if (winding[i] > kInside) holds[i] = true;
     }
-    return false;
+    return holds;
   }
 
   // How often the shell goes round the point: its solid angle over 4π. [van Oosterom 1983]
@@ -171,7 +178,7 @@ class SidesDecision {
     std::vector<std::uint32_t> sheets;
     const std::uint32_t nobody = static_cast<std::uint32_t>(boxes_.size());
     for (const Shell& s : closed_shells(open, rings, sheets)) {
-      if (encloses_lamp({s}, nobody))
+      if (lamps_within({s}, nobody)[0])
         set(s.faces, kBothSides, kLampWithin);
       else if (s.volume >= 0 || is_room(s, nobody))
         set(s.faces, kFront, kTogether);
