@@ -1,0 +1,192 @@
+#include "visibility/partition.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <set>
+
+#include "test/visibility/scene_builder.h"
+#include "test/visibility/segments.h"
+
+namespace atrium {
+namespace {
+
+Model made(const Scene& scene) {
+  Result<Model> model = partition(scene);
+  EXPECT_TRUE(model.ok()) << model.status().message();
+  return std::move(model).value();
+}
+
+double lit_area(const Model& model, const Scene& scene, const std::string& object) {
+  double sum = 0;
+  for (const Patch& p : model.patches)
+    if (!p.inert && scene.objects[scene.surfaces[p.surface.value].object.value].name == object)
+      sum += area(model.polygon(p));
+  return sum;
+}
+
+std::size_t patches_of(const Model& model, const Scene& scene, const std::string& object) {
+  std::size_t n = 0;
+  for (const Patch& p : model.patches)
+    n += scene.objects[scene.surfaces[p.surface.value].object.value].name == object;
+  return n;
+}
+
+SceneBuilder room_with_lamp() {
+  SceneBuilder s;
+  s.box("room", {0, 0, 0}, {5, 4, 3}, true);
+  s.lamp("lamp", {2.5, 2, 2.9}, 0.6);
+  return s;
+}
+
+TEST(Partition, ASceneWithoutAnyLightIsRefused) {
+  SceneBuilder s;
+  s.box("room", {0, 0, 0}, {5, 4, 3}, true);
+  const Result<Model> model = partition(s.build());
+  ASSERT_FALSE(model.ok());
+  EXPECT_EQ(model.status().code(), Code::kScene);
+}
+
+TEST(Partition, AClosedRoomIsLitInsideOnlyAndUncut) {
+  const Scene scene = room_with_lamp().build();
+  const Model model = made(scene);
+  EXPECT_EQ(patches_of(model, scene, "room"), 6u);
+  // The lamp and its black back.
+  EXPECT_EQ(patches_of(model, scene, "lamp"), 2u);
+  EXPECT_NEAR(lit_area(model, scene, "room"), 2 * (5 * 4 + 4 * 3 + 3 * 5), 1e-9);
+  EXPECT_EQ(model.clusters.size(), 2u);
+  EXPECT_EQ(model.rooms, 1u);
+  EXPECT_EQ(model.dark_surfaces, 0u);
+  // The room sees itself and the lamp; the lamp, all in one plane, sees the room alone.
+  ASSERT_EQ(model.visible[0].size(), 2u);
+  ASSERT_EQ(model.visible[1].size(), 1u);
+  EXPECT_EQ(model.visible[1][0], ClusterId(0u));
+}
+
+TEST(Partition, InsideAClosedBoxItIsDark) {
+  SceneBuilder s = room_with_lamp();
+  s.box("box", {1, 1, 0.5}, {2, 2, 1.5});
+  s.quad("hidden", {1.2, 1.2, 1}, {0.5, 0, 0}, {0, 0.5, 0}, kBothSides);
+  const Scene scene = s.build();
+  const Model model = made(scene);
+  EXPECT_EQ(model.dark_surfaces, 1u);
+  EXPECT_EQ(patches_of(model, scene, "hidden"), 0u);
+  EXPECT_EQ(patches_of(model, scene, "box"), 6u);
+  EXPECT_EQ(patches_of(model, scene, "room"), 6u);
+}
+
+TEST(Partition, ASlabUnderAWallIsCutThereAndNowhereElse) {
+  const Scene scene = two_rooms_with_doorway().build();
+  const Model model = made(scene);
+  // A piece in each room and one in the doorway.
+  EXPECT_EQ(patches_of(model, scene, "floor"), 3u);
+  EXPECT_NEAR(lit_area(model, scene, "floor"), 2 * 4 * 4 + 0.2 * 1, 1e-4);
+  EXPECT_EQ(patches_of(model, scene, "ceiling"), 2u);
+  EXPECT_NEAR(lit_area(model, scene, "ceiling"), 2 * 4 * 4, 1e-4);
+  EXPECT_EQ(patches_of(model, scene, "west"), 1u);
+  EXPECT_EQ(patches_of(model, scene, "wall"), 6u);
+}
+
+TEST(Partition, ASlabUnderAWallWithoutDoorwayIsLitOnTheLampsSideOnly) {
+  SceneBuilder s;
+  s.box("slab and shell", {0, 0, 0}, {8, 4, 3}, true);
+  s.quad("wall", {4, 0, 0}, {0, 4, 0}, {0, 0, 3}, kBothSides);
+  s.lamp("lamp", {2, 2, 2.9}, 0.5);
+  const Scene scene = s.build();
+  const Model model = made(scene);
+  EXPECT_NEAR(lit_area(model, scene, "slab and shell"), 2 * (4 * 4 + 4 * 3) + 4 * 3, 1e-4);
+  EXPECT_NEAR(lit_area(model, scene, "wall"), 4 * 3, 1e-9);
+  EXPECT_EQ(model.dark_surfaces, 1u);  // the shell's far end
+  EXPECT_EQ(model.rooms, 1u);
+}
+
+TEST(Partition, APlaneThatRunsOnThroughARoomsAirJoinsIt) {
+  // A cupboard's sides cut the room's space, not the room.
+  SceneBuilder s = room_with_lamp();
+  s.box("cupboard", {0, 1, 0}, {0.8, 3, 2});
+  const Scene scene = s.build();
+  const Model model = made(scene);
+  EXPECT_GT(model.cells.size(), 7u);
+  EXPECT_EQ(model.rooms, 1u);
+}
+
+struct Counts {
+  std::size_t cells, portals, patches, clusters, pairs, contacts;
+  friend bool operator==(const Counts&, const Counts&) = default;
+};
+
+Counts counts(const Model& m) {
+  return {m.cells.size(),    m.portals.size(),       m.patches.size(),
+          m.clusters.size(), m.visible.items.size(), m.contacts.items.size()};
+}
+
+SceneBuilder furnished_rooms() {
+  SceneBuilder s = two_rooms_with_doorway();
+  s.box("table", {1, 2.5, 0.7}, {2.5, 3.5, 0.75});
+  s.box("cupboard", {5, 0, 0}, {6, 0.6, 2});
+  s.box("crate", {7, 3, 0}, {7.5, 3.5, 0.5});
+  return s;
+}
+
+TEST(Partition, TurnedShiftedAndScaledCopiesArePartitionedAlike) {
+  const Counts straight = counts(made(furnished_rooms().build()));
+  EXPECT_EQ(counts(made(furnished_rooms().build([](const Vec3& x) { return turned(x, 17); }))),
+            straight);
+  EXPECT_EQ(counts(made(furnished_rooms().build([](const Vec3& x) { return x + Vec3{1e5}; }))),
+            straight);
+  EXPECT_EQ(counts(made(furnished_rooms().build([](const Vec3& x) { return 1e-6 * x; }))),
+            straight);
+}
+
+TEST(Partition, WhatASegmentJoinsOrIsBlockedByIsVisible) {
+  const SceneBuilder s = furnished_rooms();
+  for (double degrees : {0.0, 17.0}) {
+    const Scene scene = s.build([&](const Vec3& x) { return turned(x, degrees); });
+    const Model model = made(scene);
+    const SegmentReport report = shoot_segments(scene, model, 20000, 1);
+    EXPECT_GT(report.joined, 1000u);
+    EXPECT_GT(report.blocked, 1000u);
+    EXPECT_EQ(report.missed, 0u) << report.first;
+  }
+}
+
+TEST(Partition, ABoxOnAFloorTouchesItAlongFourSegments) {
+  SceneBuilder s = room_with_lamp();
+  s.box("box", {1, 1, 0}, {2, 2, 1});
+  const Scene scene = s.build();
+  const Model model = made(scene);
+  std::size_t on_floor = 0;
+  double length_on_floor = 0;
+  for (std::size_t p = 0; p < model.patches.size(); ++p)
+    for (const Contact& c : model.contacts[p])
+      if (std::abs(c.a.z) < 1e-9 && std::abs(c.b.z) < 1e-9) {
+        ++on_floor;
+        length_on_floor += length(c.b - c.a);
+      }
+  EXPECT_EQ(on_floor, 4u);
+  EXPECT_NEAR(length_on_floor, 4, 1e-4);
+}
+
+TEST(Partition, AnObjectWithTooManyPatchesIsHalvedByProximity) {
+  SceneBuilder s = room_with_lamp();
+  for (int i = 0; i < 50; ++i)
+    s.quad("leaves", {0.05 + 0.09 * i, 1, 1}, {0.05, 0, 0}, {0, 0.05, 0.05}, kBothSides);
+  const Scene scene = s.build();
+  PartitionOptions options;
+  options.most_patches_of_cluster = 30;
+  Result<Model> model = partition(scene, options);
+  ASSERT_TRUE(model.ok());
+  std::size_t leaves = 0, most = 0;
+  for (const Cluster& c : model->clusters)
+    if (scene.objects[c.object.value].name == "leaves") {
+      leaves += c.patch_count;
+      most = std::max<std::size_t>(most, c.patch_count);
+      EXPECT_LT(c.bounds.extent().x, 4.6 / 3);
+    }
+  EXPECT_EQ(leaves, 100u);
+  EXPECT_LE(most, 30u);
+}
+
+}  // namespace
+}  // namespace atrium

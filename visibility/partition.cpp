@@ -1,0 +1,307 @@
+#include "visibility/partition.h"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+
+#include "visibility/bsp.h"
+#include "visibility/contact.h"
+#include "visibility/global_oracle.h"
+#include "visibility/patch_cut.h"
+#include "visibility/portal.h"
+
+namespace atrium {
+
+namespace {
+
+struct Space {
+  Bsp bsp;
+  std::vector<CellPortal> portals;
+  std::vector<bool> lit;
+  Rooms rooms;
+};
+
+// A patch before it has found its place among the clusters.
+struct LoosePatch {
+  Patch patch;
+  PatchPiece piece;
+  ObjectId object;
+  std::uint32_t room = 0;
+  std::uint32_t part = 0;  // of the object in that room, where it was split by proximity
+};
+
+Polygon side_of(const Scene& scene, const Surface& surface, Sides side) {
+  const PolygonView view = scene.polygon(surface);
+  Polygon polygon(view.begin(), view.end());
+  if (side == kBack) std::reverse(polygon.begin(), polygon.end());
+  return polygon;
+}
+
+std::vector<std::uint32_t> cells_of_emitters(const Scene& scene, const Bsp& bsp) {
+  std::vector<CellPiece> pieces;
+  for (const Surface& s : scene.surfaces) {
+    if (!scene.materials[s.material.value].emits()) continue;
+    for (Sides side : {kFront, kBack}) {
+      if (!(s.sides & side)) continue;
+      const Polygon polygon = side_of(scene, s, side);
+      drop_polygon(bsp, bsp.root, polygon, plane_of(polygon).normal, pieces);
+    }
+  }
+  std::vector<std::uint32_t> cells;
+  for (const CellPiece& piece : pieces) cells.push_back(piece.cell);
+  return cells;
+}
+
+Space divide_space(const Scene& scene) {
+  Space space;
+  space.bsp = build_bsp(scene);
+  space.portals = find_portals(space.bsp);
+  space.lit = flood(space.bsp.cells.size(), space.portals, cells_of_emitters(scene, space.bsp));
+  space.rooms = find_rooms(space.bsp, space.portals, space.lit);
+  return space;
+}
+
+// The room that has most of the patch.
+std::uint32_t main_room(const PatchPiece& piece, const Rooms& rooms) {
+  std::map<std::uint32_t, double> share;
+  for (const CellPiece& p : piece.pieces) share[rooms.of_cell[p.cell]] += area(p.polygon);
+  return std::max_element(share.begin(), share.end(),
+                          [](const auto& a, const auto& b) { return a.second < b.second; })
+      ->first;
+}
+
+// Does another surface count on this side of the piece? Then it covers the piece there: overlaps
+// are resolved to whole pieces, so one point of it tells.
+bool covered(const Scene& scene, const BoxTree& tree, std::uint32_t own, const Polygon& piece) {
+  const Vec3 x = centroid(piece), side = plane_of(piece).normal;
+  Box near;
+  near.extend(x - Vec3{scene.tolerance});
+  near.extend(x + Vec3{scene.tolerance});
+  bool found = false;
+  tree.visit(near, [&](std::uint32_t i) {
+    const Surface& s = scene.surfaces[i];
+    const PolygonView polygon = scene.polygon(s);
+    const Plane plane = plane_of(polygon);
+    if (i == own || std::abs(plane.distance(x)) > scene.tolerance) return;
+    const Sides here = dot(plane.normal, side) > 0 ? kFront : kBack;
+    const bool parallel = std::all_of(piece.begin(), piece.end(), [&](const Vec3& v) {
+      return std::abs(plane.distance(v)) <= kSliverTolerances * scene.tolerance;
+    });
+    found |= (s.sides & here) && parallel && contains(polygon, plane.normal, x, scene.tolerance);
+  });
+  return found;
+}
+
+// Adds a patch, cut along chords until no part has more corners than a patch may.
+void add_patch(LoosePatch loose, double tolerance, std::vector<LoosePatch>& out) {
+  const Polygon polygon = loose.piece.polygon;
+  if (polygon.size() <= kMaxPatchVertices) {
+    out.push_back(std::move(loose));
+    return;
+  }
+  const std::size_t middle = polygon.size() / 2;
+  const Vec3 chord = polygon[middle] - polygon[0];
+  const Vec3 n = normalize(cross(plane_of(polygon).normal, chord));
+  const Plane left{n, dot(n, polygon[0])};
+  const auto part = [&](Polygon corners, const Plane& keep) {
+    LoosePatch half = loose;
+    half.piece.polygon = std::move(corners);
+    half.piece.pieces.clear();
+    for (const CellPiece& c : loose.piece.pieces) {
+      CellPiece kept = c;
+      kept.polygon = clip(c.polygon, keep, tolerance);
+      if (!kept.polygon.empty()) half.piece.pieces.push_back(std::move(kept));
+    }
+    add_patch(std::move(half), tolerance, out);
+  };
+  const auto first = polygon.begin(), at = first + static_cast<std::ptrdiff_t>(middle);
+  part(Polygon(first, at + 1), left.flipped());
+  Polygon rest(at, polygon.end());
+  rest.push_back(polygon[0]);
+  part(std::move(rest), left);
+}
+
+std::vector<LoosePatch> find_patches(const Scene& scene, const Space& space, const BoxTree& tree,
+                                     std::uint64_t& dark_surfaces) {
+  std::vector<LoosePatch> patches;
+  for (std::uint32_t i = 0; i < scene.surfaces.size(); ++i) {
+    const Surface& s = scene.surfaces[i];
+    const std::size_t before = patches.size();
+    bool faces_light = false;
+    for (Sides side : {kFront, kBack}) {
+      const bool inert = !(s.sides & side);
+      for (PatchPiece& piece :
+           cut_patch(space.bsp, space.lit, space.rooms, side_of(scene, s, side))) {
+        faces_light = true;
+        if (inert && covered(scene, tree, i, piece.polygon)) continue;
+        LoosePatch loose;
+        loose.patch.surface = SurfaceId(i);
+        loose.patch.material = s.material;
+        loose.patch.back = side == kBack;
+        loose.patch.inert = inert;
+        loose.object = s.object;
+        loose.room = main_room(piece, space.rooms);
+        loose.piece = std::move(piece);
+        add_patch(std::move(loose), scene.tolerance, patches);
+      }
+    }
+    if (patches.size() == before && !faces_light) ++dark_surfaces;
+  }
+  return patches;
+}
+
+// Halves a crowd along its longest axis until no part is larger than `most`.
+void split_crowd(std::vector<LoosePatch>& patches, std::vector<std::uint32_t> crowd,
+                 std::uint32_t most, std::uint32_t& next_part) {
+  if (crowd.size() <= most) {
+    for (std::uint32_t i : crowd) patches[i].part = next_part;
+    ++next_part;
+    return;
+  }
+  Box box;
+  for (std::uint32_t i : crowd) box.extend(centroid(patches[i].piece.polygon));
+  const Vec3 size = box.extent();
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  std::stable_sort(crowd.begin(), crowd.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return centroid(patches[a].piece.polygon)[axis] < centroid(patches[b].piece.polygon)[axis];
+  });
+  const auto middle = crowd.begin() + static_cast<std::ptrdiff_t>(crowd.size() / 2);
+  split_crowd(patches, {crowd.begin(), middle}, most, next_part);
+  split_crowd(patches, {middle, crowd.end()}, most, next_part);
+}
+
+void split_crowds(std::vector<LoosePatch>& patches, std::uint32_t most) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> groups;
+  for (std::uint32_t i = 0; i < patches.size(); ++i)
+    groups[{patches[i].object.value, patches[i].room}].push_back(i);
+  for (auto& [key, group] : groups) {
+    if (group.size() <= most) continue;
+    std::uint32_t part = 0;
+    split_crowd(patches, std::move(group), most, part);
+  }
+}
+
+Box box_in_frame(const Frame& f, PolygonView polygon) {
+  Box box;
+  for (const Vec3& x : polygon)
+    box.extend({dot(x - f.origin, f.u), dot(x - f.origin, f.v), dot(x - f.origin, f.n)});
+  return box;
+}
+
+// Lays patches and clusters out in the model, and says what of each cluster each cell has.
+std::vector<ClusterInCell> lay_out(const std::vector<LoosePatch>& sorted, const Bsp& bsp,
+                                   Model& model) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Box> places;
+  const LoosePatch* last = nullptr;
+  for (const LoosePatch& loose : sorted) {
+    const bool same = last && last->object == loose.object && last->room == loose.room &&
+                      last->part == loose.part;
+    last = &loose;
+    if (!same) {
+      Cluster cluster;
+      cluster.object = loose.object;
+      cluster.room = loose.room;
+      cluster.first_patch = static_cast<std::uint32_t>(model.patches.size());
+      model.clusters.push_back(cluster);
+    }
+    Cluster& cluster = model.clusters.back();
+    const auto id = static_cast<std::uint32_t>(model.clusters.size() - 1);
+    Patch patch = loose.patch;
+    patch.cluster = ClusterId(id);
+    patch.first_vertex = static_cast<std::uint32_t>(model.vertices.size());
+    patch.vertex_count = static_cast<std::uint32_t>(loose.piece.polygon.size());
+    model.vertices.insert(model.vertices.end(), loose.piece.polygon.begin(),
+                          loose.piece.polygon.end());
+    model.patches.push_back(patch);
+    ++cluster.patch_count;
+    cluster.bounds.extend(bounds(loose.piece.polygon));
+    for (const CellPiece& p : loose.piece.pieces)
+      places[{id, p.cell}].extend(box_in_frame(bsp.frame, p.polygon));
+  }
+  std::vector<ClusterInCell> out;
+  std::vector<CellId> row;
+  std::uint32_t cluster = 0;
+  for (const auto& [key, box] : places) {
+    if (key.first != cluster) {
+      model.cells_of_cluster.push_row(row);
+      row.clear();
+      cluster = key.first;
+    }
+    row.push_back(CellId(key.second));
+    out.push_back({key.first, key.second, box});
+  }
+  if (!places.empty()) model.cells_of_cluster.push_row(row);
+  return out;
+}
+
+void lay_out_space(const Space& space, Model& model) {
+  for (std::size_t c = 0; c < space.bsp.cells.size(); ++c) {
+    Cell cell;
+    for (const CellFace& face : space.bsp.cells[c].faces) cell.bounds.extend(bounds(face.polygon));
+    cell.lit = space.lit[c];
+    cell.room = space.rooms.of_cell[c];
+    model.cells.push_back(cell);
+  }
+  for (const CellPortal& p : space.portals) {
+    if (!space.lit[p.front]) continue;
+    Portal portal;
+    portal.a = CellId(p.front);
+    portal.b = CellId(p.back);
+    portal.first_vertex = static_cast<std::uint32_t>(model.portal_vertices.size());
+    portal.vertex_count = static_cast<std::uint32_t>(p.polygon.size());
+    portal.area = p.area;
+    model.portal_vertices.insert(model.portal_vertices.end(), p.polygon.begin(), p.polygon.end());
+    model.portals.push_back(portal);
+  }
+  model.rooms = space.rooms.count;
+}
+
+bool any_emitter(const Scene& scene) {
+  return std::any_of(scene.surfaces.begin(), scene.surfaces.end(), [&](const Surface& s) {
+    return s.sides != kNoSide && scene.materials[s.material.value].emits();
+  });
+}
+
+}  // namespace
+
+PartitionCounts count(const Model& model) {
+  PartitionCounts n;
+  n.splits = model.cells.size() - 1;
+  for (const Cell& c : model.cells) n.lit_cells += c.lit;
+  std::vector<std::pair<std::uint32_t, std::uint8_t>> sides;
+  for (const Patch& p : model.patches) {
+    n.inert_patches += p.inert;
+    n.lit_patches += !p.inert;
+    if (!p.inert) sides.emplace_back(p.surface.value, p.back);
+  }
+  std::sort(sides.begin(), sides.end());
+  n.lit_sides = static_cast<std::uint64_t>(
+      std::distance(sides.begin(), std::unique(sides.begin(), sides.end())));
+  n.visible_pairs = model.visible.items.size();
+  return n;
+}
+
+Result<Model> partition(const Scene& scene, const PartitionOptions& options) {
+  ATRIUM_CHECK(scene.tolerance > 0);
+  if (!any_emitter(scene))
+    return Status(Code::kScene, scene.files.empty() ? "" : scene.files.front(), "",
+                  "no surface emits light", "give a material an emission (Ke, or --assign)");
+  const Space space = divide_space(scene);
+  const BoxTree tree = surface_tree(scene);
+  Model model;
+  model.tolerance = scene.tolerance;
+  std::vector<LoosePatch> patches = find_patches(scene, space, tree, model.dark_surfaces);
+  split_crowds(patches, options.most_patches_of_cluster);
+  std::stable_sort(patches.begin(), patches.end(), [](const LoosePatch& a, const LoosePatch& b) {
+    return std::tie(a.object.value, a.room, a.part) < std::tie(b.object.value, b.room, b.part);
+  });
+  const std::vector<ClusterInCell> places = lay_out(patches, space.bsp, model);
+  lay_out_space(space, model);
+  for (const Patch& p : model.patches)
+    model.contacts.push_row(p.inert ? std::vector<Contact>{}
+                                    : find_contacts(scene, tree, model.polygon(p)));
+  model.visible = find_visible(space.bsp, space.portals, model, places);
+  return model;
+}
+
+}  // namespace atrium

@@ -1,0 +1,30 @@
+// Patches: what of each side of a surface faces lit space, cut where walls really cut it and
+// nowhere else, so that no element reaches into the next room and few, large patches remain.
+//
+// Invariants:
+//  1. The pieces of a side are convex, do not overlap, and hold all of it that faces lit cells, but
+//     for slivers. A piece may hold dark parts too, if most of it is lit and within one room: a
+//     floor is not cut around each crate that stands on it.
+//  2. A side within one room is one piece with the surface's own vertices, however many cells it
+//     borders, unless a wall stands on most of a cut.
+// Pure; safe from any thread.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "visibility/bsp.h"
+#include "visibility/portal.h"
+
+namespace atrium {
+
+struct PatchPiece {
+  Polygon polygon;                // counter-clockwise seen from its lit side
+  std::vector<CellPiece> pieces;  // what of it each lit cell has
+};
+
+// `polygon` is counter-clockwise seen from the side that is asked for.
+std::vector<PatchPiece> cut_patch(const Bsp& bsp, const std::vector<bool>& lit, const Rooms& rooms,
+                                  PolygonView polygon);
+
+}  // namespace atrium

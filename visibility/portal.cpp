@@ -1,0 +1,95 @@
+#include "visibility/portal.h"
+
+#include <map>
+#include <numeric>
+
+namespace atrium {
+
+namespace {
+
+// A cell's face is open if more than this share of it is.
+constexpr double kOpenFace = 0.5;
+
+std::uint32_t find_root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+}  // namespace
+
+std::vector<CellPortal> find_portals(const Bsp& bsp) {
+  std::vector<CellPortal> portals;
+  std::vector<CellPiece> front, back;
+  for (std::size_t i = 0; i < bsp.nodes.size(); ++i) {
+    const BspNode& node = bsp.nodes[i];
+    front.clear();
+    drop_polygon(bsp, node.front, node.section, node.plane.normal, front);
+    for (const CellPiece& f : front) {
+      back.clear();
+      drop_polygon(bsp, node.back, f.polygon, -node.plane.normal, back);
+      for (const CellPiece& b : back)
+        for (OpenPiece& open :
+             open_pieces(node.opaque, b.polygon, kSliverTolerances * bsp.tolerance))
+          portals.push_back(
+              {static_cast<std::uint32_t>(i), f.cell, b.cell, std::move(open.polygon), open.area});
+    }
+  }
+  return portals;
+}
+
+std::vector<bool> flood(std::size_t cells, const std::vector<CellPortal>& portals,
+                        const std::vector<std::uint32_t>& sources) {
+  std::vector<std::vector<std::uint32_t>> beside(cells);
+  for (const CellPortal& p : portals) {
+    beside[p.front].push_back(p.back);
+    beside[p.back].push_back(p.front);
+  }
+  std::vector<bool> reached(cells, false);
+  std::vector<std::uint32_t> open;
+  auto reach = [&](std::uint32_t cell) {
+    if (reached[cell]) return;
+    reached[cell] = true;
+    open.push_back(cell);
+  };
+  for (std::uint32_t cell : sources) reach(cell);
+  while (!open.empty()) {
+    const std::uint32_t cell = open.back();
+    open.pop_back();
+    for (std::uint32_t next : beside[cell]) reach(next);
+  }
+  return reached;
+}
+
+Rooms find_rooms(const Bsp& bsp, const std::vector<CellPortal>& portals,
+                 const std::vector<bool>& lit) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, double> open;  // m², by cell and node
+  for (const CellPortal& p : portals) {
+    open[{p.front, p.node}] += p.area;
+    open[{p.back, p.node}] += p.area;
+  }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, double> whole;
+  for (std::uint32_t c = 0; c < bsp.cells.size(); ++c)
+    for (const CellFace& face : bsp.cells[c].faces) whole[{c, face.node}] += area(face.polygon);
+  auto is_open = [&](std::uint32_t cell, std::uint32_t node) {
+    return open[{cell, node}] > kOpenFace * whole[{cell, node}];
+  };
+
+  std::vector<std::uint32_t> parent(bsp.cells.size());
+  std::iota(parent.begin(), parent.end(), 0u);
+  for (const CellPortal& p : portals)
+    if (lit[p.front] && lit[p.back] && is_open(p.front, p.node) && is_open(p.back, p.node))
+      parent[find_root(parent, p.back)] = find_root(parent, p.front);
+
+  Rooms rooms;
+  rooms.of_cell.assign(bsp.cells.size(), kNoRoom);
+  std::vector<std::uint32_t> number(bsp.cells.size(), kNoRoom);
+  for (std::uint32_t c = 0; c < bsp.cells.size(); ++c) {
+    if (!lit[c]) continue;
+    std::uint32_t& n = number[find_root(parent, c)];
+    if (n == kNoRoom) n = rooms.count++;
+    rooms.of_cell[c] = n;
+  }
+  return rooms;
+}
+
+}  // namespace atrium

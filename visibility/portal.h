@@ -1,0 +1,40 @@
+// Portals: where two cells join through what a splitting plane leaves open. And what follows from
+// them: the cells that light can reach, and the rooms, groups of cells that are one space.
+// Pure functions over a finished subdivision; safe from any thread.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "visibility/bsp.h"
+
+namespace atrium {
+
+struct CellPortal {
+  std::uint32_t node = 0;   // in whose plane it lies
+  std::uint32_t front = 0;  // cell on the plane's front
+  std::uint32_t back = 0;   // and on its back
+  Polygon polygon;          // convex, counter-clockwise about the plane's normal
+  double area = 0;          // m², transparent
+  std::uint32_t across(std::uint32_t cell) const { return cell == front ? back : front; }
+};
+
+// In the order of nodes, then of cells.
+std::vector<CellPortal> find_portals(const Bsp& bsp);
+
+// Cells from which light that enters at `sources` can be seen, by portals alone.
+std::vector<bool> flood(std::size_t cells, const std::vector<CellPortal>& portals,
+                        const std::vector<std::uint32_t>& sources);
+
+// A room for each lit cell, numbered in the cells' order. Two cells are one room where the plane
+// between them is mostly open on both: planes that merely run on through a room's air join it,
+// doorways do not. Dark cells get kNoRoom.
+inline constexpr std::uint32_t kNoRoom = ~0u;
+struct Rooms {
+  std::vector<std::uint32_t> of_cell;
+  std::uint32_t count = 0;
+};
+Rooms find_rooms(const Bsp& bsp, const std::vector<CellPortal>& portals,
+                 const std::vector<bool>& lit);
+
+}  // namespace atrium
