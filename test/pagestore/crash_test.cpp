@@ -1,0 +1,102 @@
+// Power is lost at any call: every barrier before it holds, and of the writes after the last
+// barrier any subset, torn or whole, has reached the disk. The store must open as of the last
+// checkpoint, or as of the one that was under way.
+#include "simulated_run.h"
+
+namespace atrium {
+namespace {
+
+using Fault = SimulatedDisk::Fault;
+
+// Runs until the power goes at call `n` or `steps` are done; says whether it went.
+bool run_until_power_goes(SimulatedDisk& disk, SimulatedRun& run, std::uint64_t n, int steps) {
+  disk.fault = [n](std::uint64_t call, const std::string&) {
+    return call == n ? Fault::kPowerOff : Fault::kNone;
+  };
+  if (!run.kept.has_value()) static_cast<void>(run.create());
+  for (int i = 0; i < steps && disk.powered; ++i) static_cast<void>(run.step());
+  run.close();
+  return !disk.powered;
+}
+
+// Opens what the crash left and checks it; the run goes on with it.
+void recover(SimulatedDisk& disk, SimulatedRun& run) {
+  auto opened = ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kReadWrite);
+  if (!opened.ok()) {  // only a store that was never finished may be missing, and is made anew
+    ASSERT_FALSE(run.kept.has_value()) << opened.status().message();
+    ASSERT_OK(run.create());
+    return;
+  }
+  auto store = std::move(opened).value();
+  const Snapshot found = snapshot_of(*store);
+  ASSERT_TRUE(run.may_hold(found));
+  ASSERT_OK(store->verify_all());
+  run.adopt(std::move(store), found);
+}
+
+TEST(Crash, AtEveryCallOfARunWithSeveralTearings) {
+  constexpr int kSteps = 60;
+  constexpr std::uint64_t kTearings = 4;
+  SimulatedDisk whole;
+  SimulatedRun undisturbed(whole, 1);
+  ASSERT_FALSE(run_until_power_goes(whole, undisturbed, ~std::uint64_t{0}, kSteps));
+  ASSERT_GT(whole.calls, 50u);
+  for (std::uint64_t n = 0; n < whole.calls; ++n)
+    for (std::uint64_t tearing = 0; tearing < kTearings; ++tearing) {
+      SCOPED_TRACE("call " + std::to_string(n) + ", tearing " + std::to_string(tearing));
+      SimulatedDisk disk;
+      SimulatedRun run(disk, 1);
+      ASSERT_TRUE(run_until_power_goes(disk, run, n, kSteps));
+      disk.lose_power_and_restart(tearing);
+      recover(disk, run);
+      if (HasFatalFailure()) return;
+    }
+}
+
+TEST(Crash, AgainAndAgainInOneRun) {
+  constexpr std::uint64_t kSeeds = 40;
+  constexpr int kCrashes = 8;
+  constexpr int kSteps = 120;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    std::mt19937_64 random(seed);
+    SimulatedDisk disk;
+    SimulatedRun run(disk, seed);
+    for (int crash = 0; crash < kCrashes; ++crash) {
+      SCOPED_TRACE("seed " + std::to_string(seed) + ", crash " + std::to_string(crash));
+      run_until_power_goes(disk, run, disk.calls + random() % 100, kSteps);
+      disk.lose_power_and_restart(random());
+      recover(disk, run);
+      if (HasFatalFailure()) return;
+    }
+  }
+}
+
+// A root that verifies must lead to contents that verify, the older as well as the newer: after any
+// crash the newest root may go bad later, and the one before it is what is left.
+TEST(Crash, TheOlderRootIsWholeAtEveryCall) {
+  constexpr std::uint64_t kSeeds = 60;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    SimulatedDisk disk;
+    SimulatedRun run(disk, seed);
+    ASSERT_OK(run.create());
+    std::optional<Snapshot> before;
+    for (int i = 0; i < 80; ++i) {
+      const std::optional<Snapshot> last = run.kept;
+      ASSERT_OK(run.step());
+      if (run.kept != last) before = last;
+    }
+    if (!before) continue;
+    const std::uint64_t newest = run.store().epoch();
+    run.close();
+    auto& roots = disk.files["run/roots"];
+    roots.now[(newest & 1) * kGranule + 100] ^= std::byte{1};
+    auto opened = ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kReadWrite);
+    ASSERT_TRUE(opened.ok()) << opened.status().message();
+    EXPECT_FALSE((*opened)->recovery_note().ok());
+    EXPECT_EQ(snapshot_of(**opened), *before);
+  }
+}
+
+}  // namespace
+}  // namespace atrium
