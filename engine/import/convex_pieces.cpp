@@ -10,8 +10,10 @@
 namespace atrium {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Of the tolerance: up to this far a corner counts as lying on a line or on another corner. Several
+// such deviations add up within a piece, which is convex within the whole tolerance.
+constexpr double kFineShare = 0.5;
 // Two reflex corners for one cut are worth twice the ink.
 constexpr double kTwoCornersDiscount = 0.5;
 // Cuts ending at a corner make no new point.
@@ -20,21 +22,6 @@ constexpr double kCornerDiscount = 0.9;
 constexpr std::size_t kReflexTargets = 8, kOtherTargets = 4;
 // A cut that ends nearer to a corner than this share of its length leaves a sliver.
 constexpr double kSliverShare = 0.05, kSliverPenalty = 10;
-
-double perp(const Vec2& a, const Vec2& b) { return a.x * b.y - a.y * b.x; }
-
-// From direction a counter-clockwise to b, in [0, 2π).
-double turn(const Vec2& a, const Vec2& b) {
-  const double t = std::atan2(perp(a, b), dot(a, b));
-  return t < 0 ? t + 2 * kPi : t;
-}
-
-double segment_distance(const Vec2& p, const Vec2& a, const Vec2& b) {
-  const Vec2 d = b - a;
-  const double l2 = dot(d, d);
-  const double t = l2 > 0 ? std::clamp(dot(p - a, d) / l2, 0.0, 1.0) : 0.0;
-  return length(p - (a + t * d));
-}
 
 // The planar graph of outlines and cuts.
 class Graph {
@@ -83,7 +70,7 @@ class Graph {
     const Vec2 dx = direction(v, x), dy = direction(v, y);
     const double t = turn(dx, dy);
     if (t <= kPi) return false;
-    return t >= 1.5 * kPi || std::sin(t - kPi) * std::min(length(dx), length(dy)) > tolerance_;
+    return t >= 1.5 * kPi || std::sin(t - kPi) * std::max(length(dx), length(dy)) > tolerance_;
   }
 
   // The reflex sector of v, if it has one (at most one is above π).
@@ -167,6 +154,9 @@ Graph::Cut Graph::priced(std::uint32_t v, std::uint32_t x, std::uint32_t y, cons
   const Vec2 unit = d / l;
   cut.hit = shoot(v, unit);
   if (!cut.hit.found() || cut.hit.node == x || cut.hit.node == y) return cut;
+  // An end at a corner bends the cut: no new dent may come of it.
+  if (cut.hit.node != kNone && (is_reflex(v, x, cut.hit.node) || is_reflex(v, cut.hit.node, y)))
+    return cut;
   const auto squareness = [](double angle) { return std::sin(std::min(angle, kPi / 2)); };
   double square =
       std::min(squareness(turn(direction(v, x), unit)), squareness(turn(unit, direction(v, y))));
@@ -353,114 +343,40 @@ bool is_convex_ring(std::span<const Vec2> points, const Ring& ring, double toler
     const Vec2 a = points[ring[i]], e = points[ring[(i + 1) % n]] - a;
     const double l = length(e);
     for (const std::uint32_t j : ring)
-      if (perp(e, points[j] - a) < -2 * tolerance * l) return false;
+      if (perp(e, points[j] - a) < -tolerance * l) return false;
   }
   return true;
 }
 
 }  // namespace
 
-double signed_area(std::span<const Vec2> points, std::span<const std::uint32_t> ring) {
-  double sum = 0;
-  for (std::size_t i = 2; i < ring.size(); ++i)
-    sum += perp(points[ring[i - 1]] - points[ring[0]], points[ring[i]] - points[ring[0]]);
-  return 0.5 * sum;
-}
-
-Ring without_collinear(std::span<const Vec2> points, const Ring& ring, double tolerance) {
-  const std::size_t n = ring.size();
-  if (n <= 3) return ring;
-  // Start where the outline certainly turns: at the corner farthest from the first one.
-  std::size_t start = 0;
-  double farthest = -1;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double d = length(points[ring[i]] - points[ring[0]]);
-    if (d > farthest) {
-      farthest = d;
-      start = i;
-    }
-  }
-  const auto point = [&](std::size_t i) -> const Vec2& { return points[ring[(start + i) % n]]; };
-  Ring kept{ring[start]};
-  std::size_t anchor = 0;
-  for (std::size_t i = 1; i < n; ++i) {
-    // Keep corner i unless all since the anchor lie on the way to its successor.
-    bool straight = true;
-    for (std::size_t j = anchor + 1; j <= i && straight; ++j)
-      straight = segment_distance(point(j), point(anchor), point(i + 1)) <= tolerance;
-    if (straight) continue;
-    kept.push_back(ring[(start + i) % n]);
-    anchor = i;
-  }
-  return kept;
-}
-
-std::vector<Ring> cancelled_loops(std::span<const Vec2> points, std::span<const Ring> rings) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
-  for (const Ring& ring : rings)
-    for (std::size_t i = 0; i < ring.size(); ++i) {
-      const std::uint32_t a = ring[i], b = ring[(i + 1) % ring.size()];
-      if (const auto back = edges.find({b, a}); back != edges.end()) {
-        if (--back->second == 0) edges.erase(back);
-      } else {
-        ++edges[{a, b}];
-      }
-    }
-  std::vector<Ring> loops;
-  while (!edges.empty()) {
-    Ring loop;
-    auto edge = edges.begin();
-    const auto [first, second] = edge->first;
-    for (;;) {
-      const auto [a, b] = edge->first;
-      if (--edge->second == 0) edges.erase(edge);
-      loop.push_back(a);
-      // Where several edges go on, the one that keeps the region on the left: the first one
-      // clockwise from the way back. The loop closes when that is the one it began with.
-      const auto rank = [&, a = a, b = b](std::uint32_t end) {
-        const double t = turn(points[end] - points[b], points[a] - points[b]);
-        return t == 0 ? 2 * kPi : t;
-      };
-      auto best = edges.end();
-      double least = b == first ? rank(second) : kInfinity;
-      for (auto e = edges.lower_bound({b, 0}); e != edges.end() && e->first.first == b; ++e)
-        if (const double t = rank(e->first.second); t < least) {
-          least = t;
-          best = e;
-        }
-      if (best == edges.end()) break;
-      edge = best;
-    }
-    if (loop.size() >= 3) loops.push_back(std::move(loop));
-  }
-  return loops;
-}
-
 std::optional<std::vector<Ring>> convex_pieces(std::vector<Vec2>& points,
-                                               std::span<const Ring> loops, double tolerance) {
-  std::vector<Ring> outline;
+                                               std::span<const Ring> loops, double tolerance,
+                                               double area_slack) {
   double area = 0;
+  for (const Ring& loop : loops) area += signed_area(points, loop);
+  const double fine = kFineShare * tolerance;
+  std::vector<Ring> outline;
   std::size_t corners = 0;
-  for (const Ring& loop : loops) {
-    area += signed_area(points, loop);
-    outline.push_back(without_collinear(points, loop, tolerance));
+  for (const Ring& loop : healed_loops(points, loops, fine)) {
+    outline.push_back(without_collinear(points, loop, fine));
     corners += outline.back().size();
     if (outline.back().size() < 3) outline.pop_back();
   }
-  if (corners > kMostCorners || outline.empty()) return std::nullopt;
-  Graph graph(points, outline, tolerance);
+  if (corners > kMostCorners) return std::nullopt;
+  Graph graph(points, outline, fine);
   if (!graph.cut_all()) return std::nullopt;
   std::vector<Ring> pieces;
   double covered = 0;
   for (const Ring& face : graph.faces()) {
-    Ring piece = without_collinear(points, face, tolerance);
+    Ring piece = without_collinear(points, face, fine);
     const double a = signed_area(points, piece);
-    if (piece.size() < 3 || !(a > tolerance * tolerance)) continue;
+    if (piece.size() < 3 || !(a > fine * fine)) continue;
     if (!is_convex_ring(points, piece, tolerance)) return std::nullopt;
     covered += a;
     pieces.push_back(std::move(piece));
   }
-  if (!(std::abs(covered - area) <= kAreaSlack * area)) return std::nullopt;
+  if (!(std::abs(covered - area) <= area_slack)) return std::nullopt;
   return pieces;
 }
 

@@ -12,28 +12,18 @@
 #include <span>
 #include <vector>
 
+#include "engine/import/plane_loops.h"
 #include "engine/vec.h"
 
 namespace atrium {
 
-using Ring = std::vector<std::uint32_t>;  // indices of points, closed, interior on the left
+inline constexpr std::size_t kMostCorners = 6000;
 
 // The loops' convex pieces without collinear corners, or nothing where the loops are not what they
-// should be (crossing, or more than kMostCorners), or where the pieces miss the region's area by
-// more than a share of kAreaSlack. `tolerance`: dents and deviations below it do not count.
+// should be (crossing, or more than kMostCorners) or where the pieces miss the region's area by
+// more than `area_slack`. `tolerance`: dents and deviations below it do not count.
 std::optional<std::vector<Ring>> convex_pieces(std::vector<Vec2>& points,
-                                               std::span<const Ring> loops, double tolerance);
-
-inline constexpr std::size_t kMostCorners = 6000;
-inline constexpr double kAreaSlack = 1e-6;
-
-double signed_area(std::span<const Vec2> points, std::span<const std::uint32_t> ring);
-
-// The ring without corners within `tolerance` of the straight line between those kept.
-Ring without_collinear(std::span<const Vec2> points, const Ring& ring, double tolerance);
-
-// The loops that directed edges bound, pairs of opposite edges cancelled: a polygon with a
-// keyhole becomes its outline and its hole. Where loops touch they are kept apart.
-std::vector<Ring> cancelled_loops(std::span<const Vec2> points, std::span<const Ring> rings);
+                                               std::span<const Ring> loops, double tolerance,
+                                               double area_slack);
 
 }  // namespace atrium

@@ -90,9 +90,9 @@ class MeshMaker {
     // Concave: cut only to see that it can be, for rejoining looks at whole faces.
     const std::size_t vertices = mesh_.vertices.size();
     mesh_.polygon(ring, scratch);
-    const auto pieces =
-        convex_pieces_in_space(mesh_.vertices, std::span(&ring, 1),
-                               frame_for(plane_of(scratch), scratch), kWeldShare * mesh_.tolerance);
+    const auto pieces = convex_pieces_in_space(
+        mesh_.vertices, std::span(&ring, 1), frame_for(plane_of(scratch), scratch),
+        kWeldShare * mesh_.tolerance, kAreaSlack * area(scratch));
     if (!pieces) {
       warnings_.add("faces that cross themselves, cut into triangles", model_.describe(f));
       add_ears(ring, raw);

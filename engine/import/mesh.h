@@ -16,6 +16,9 @@
 
 namespace atrium {
 
+// Of a region's area: what cutting and rejoining may change of it.
+inline constexpr double kAreaSlack = 1e-6;
+
 struct Face {
   std::uint32_t first_corner = 0, corner_count = 0;  // into Mesh::corners, counter-clockwise
   ObjectId object;

@@ -39,10 +39,12 @@ Frame frame_for(const Plane& plane, PolygonView polygon) {
 
 std::optional<std::vector<Ring>> convex_pieces_in_space(std::vector<Vec3>& vertices,
                                                         std::span<const Ring> rings,
-                                                        const Frame& frame, double tolerance) {
+                                                        const Frame& frame, double tolerance,
+                                                        double area_slack) {
   PlaneRings flat = project(vertices, rings, frame);
   const std::vector<Ring> loops = cancelled_loops(flat.points, flat.rings);
-  std::optional<std::vector<Ring>> pieces = convex_pieces(flat.points, loops, tolerance);
+  std::optional<std::vector<Ring>> pieces =
+      convex_pieces(flat.points, loops, tolerance, area_slack);
   if (!pieces) return std::nullopt;
   for (std::size_t i = flat.vertices.size(); i < flat.points.size(); ++i) {
     flat.vertices.push_back(static_cast<std::uint32_t>(vertices.size()));

@@ -26,6 +26,7 @@ Frame frame_for(const Plane& plane, PolygonView polygon);
 // cross or the area is not kept.
 std::optional<std::vector<Ring>> convex_pieces_in_space(std::vector<Vec3>& vertices,
                                                         std::span<const Ring> rings,
-                                                        const Frame& frame, double tolerance);
+                                                        const Frame& frame, double tolerance,
+                                                        double area_slack);
 
 }  // namespace atrium

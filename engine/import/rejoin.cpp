@@ -15,9 +15,9 @@ namespace {
 // Of the tolerance: how far a face may lie off its region's plane, so that pieces are planar
 // within the whole of it.
 constexpr double kPlaneShare = 0.5;
-// Of the tolerance: what does not count as a corner of an outline; the second is for outlines whose
-// area would suffer from the first.
-constexpr double kCornerShares[] = {0.5, 1e-3};
+// Of the tolerance: what does not count as a corner of an outline; the later ones are for outlines
+// whose area would suffer from the first.
+constexpr double kCornerShares[] = {1, 0.1, 0.01};
 // Cosine of the angle up to which narrow faces count as facing the same way.
 constexpr double kSameWay = 0.9;
 
@@ -167,8 +167,8 @@ class Rejoiner {
     const Face& seed = mesh_.faces[largest];
     const Frame frame = frame_for(seed.plane, mesh_.polygon(mesh_.corners_of(seed), scratch_));
     for (const double share : kCornerShares) {
-      const auto pieces =
-          convex_pieces_in_space(mesh_.vertices, outlines, frame, share * mesh_.tolerance);
+      const auto pieces = convex_pieces_in_space(mesh_.vertices, outlines, frame,
+                                                 share * mesh_.tolerance, kAreaSlack * area);
       if (!pieces) continue;
       if (pieces->size() >= pieces_before) return false;
       if (!sound(*pieces, area)) continue;
@@ -200,7 +200,7 @@ class Rejoiner {
     const Frame frame = frame_for(f.plane, mesh_.polygon(ring, polygon));
     for (const double share : kCornerShares) {
       auto pieces = convex_pieces_in_space(mesh_.vertices, std::span(&ring, 1), frame,
-                                           share * mesh_.tolerance);
+                                           share * mesh_.tolerance, kAreaSlack * f.area);
       if (pieces && sound(*pieces, f.area)) return std::move(*pieces);
     }
     std::vector<Ring> triangles;

@@ -41,7 +41,9 @@ class Difference {
     for (const ClipperLib::Path& p : rest)
       if (p.size() >= 3 && !narrow(p)) loops.push_back(ring(p));
     if (loops.empty()) return {};
-    const auto rings = convex_pieces(flat_, loops, kCleanShare * tolerance_);
+    double slack = 0;
+    for (const Ring& loop : loops) slack += tolerance_ * perimeter(flat_, loop);
+    const auto rings = convex_pieces(flat_, loops, tolerance_, slack);
     if (!rings) return halved();
     std::vector<Polygon> result;
     for (const Ring& r : *rings) {
