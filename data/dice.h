@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace atrium {
+namespace atrium::generator {
 
 class Dice {
  public:
@@ -35,4 +35,4 @@ class Dice {
   std::uint64_t state_;
 };
 
-}  // namespace atrium
+}  // namespace atrium::generator

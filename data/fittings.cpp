@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace atrium {
+namespace atrium::generator {
 namespace {
 
 constexpr double kSignLuminance = 300;  // cd/m², green
@@ -78,22 +78,24 @@ Opening doorway(const Palette& p, const std::string& name, int a, int b, Side si
           .frame = {.width = kFrameWidth, .sill = false, .paint = p.frame}};
 }
 
-void radiator(ModelBuilder& out, const Palette& p, Room& room, const std::string& name, Side side,
-              int a0, int a1) {
-  const int near = room.wall_at(side) - outward(side) * kRadiatorFromWall;
-  const int far = near - outward(side) * kRadiatorDepth;
-  const Vec3 from = wall_point(side, near, a0, room.z0 + kRadiatorBottom);
-  const Vec3 to = wall_point(side, far, a1, room.z0 + kRadiatorTop);
-  out.begin(room.name + "/" + name);
-  out.box(p.metal, glm::min(from, to), glm::max(from, to));
-  room.occupied.push_back(strip_before(room, side, a0, a1, kRadiatorClearance));
+void claim_floor(Plan& plan, const Radiator& r) {
+  Room& room = plan.room(r.room);
+  room.occupied.push_back(strip_before(room, r.side, r.a0, r.a1, kRadiatorClearance));
 }
 
-void pipe(ModelBuilder& out, const Palette& p, const Room& room, const std::string& name,
-          const Vec2& center, int sides, double radius) {
-  out.begin(room.name + "/" + name);
-  out.stump(p.metal, center, sides, radius, metres(room.z0), radius, metres(room.z1),
-            kTopFace | kBottomFace);
+void build_radiator(ModelBuilder& out, const Palette& p, const Room& room, const Radiator& r) {
+  const int near = room.wall_at(r.side) - outward(r.side) * kRadiatorFromWall;
+  const int far = near - outward(r.side) * kRadiatorDepth;
+  const Vec3 from = wall_point(r.side, near, r.a0, room.z0 + kRadiatorBottom);
+  const Vec3 to = wall_point(r.side, far, r.a1, room.z0 + kRadiatorTop);
+  out.begin(room.name + "/" + r.name);
+  out.box(p.metal, glm::min(from, to), glm::max(from, to));
+}
+
+void build_pipe(ModelBuilder& out, PaintId paint, const Room& room, const Pipe& pipe) {
+  out.begin(room.name + "/" + pipe.name);
+  out.stump(paint, pipe.center, pipe.sides, pipe.radius, metres(room.z0), pipe.radius,
+            metres(room.z1), kTopFace | kBottomFace);
 }
 
 void linear_lamp(ModelBuilder& out, const Palette& p, const std::string& name, const Vec3& center,
@@ -131,4 +133,4 @@ void exit_sign(ModelBuilder& out, const Palette& p, const std::string& name, con
   out.box(p.housing, lo, hi, 1u << static_cast<int>(side));
 }
 
-}  // namespace atrium
+}  // namespace atrium::generator

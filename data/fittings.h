@@ -6,7 +6,7 @@
 
 #include "data/plan.h"
 
-namespace atrium {
+namespace atrium::generator {
 
 struct Palette {
   PaintId wall, ceiling, floor, carpet, concrete, base, frame, reveal, leaf, glazing, blind, board,
@@ -34,25 +34,38 @@ Recess shut_door(const Palette& p, const std::string& name, int room, Side side,
 Opening doorway(const Palette& p, const std::string& name, int a, int b, Side side, int a0,
                 int floor);
 
-// A radiator before the stretch [a0, a1] of a wall, clear of wall and floor; takes its floor.
-void radiator(ModelBuilder& out, const Palette& p, Room& room, const std::string& name, Side side,
-              int a0, int a1);
-inline constexpr int kRadiatorFaces = 6;
+// Before the stretch [a0, a1] of a wall, clear of wall and floor.
+struct Radiator {
+  std::string name;
+  int room = 0;
+  Side side = Side::kWest;
+  int a0 = 0, a1 = 0;
+};
+// Takes the floor before it.
+void claim_floor(Plan& plan, const Radiator& r);
+void build_radiator(ModelBuilder& out, const Palette& p, const Room& room, const Radiator& r);
 
-// An upright pipe of a regular n-gon from floor to ceiling.
-void pipe(ModelBuilder& out, const Palette& p, const Room& room, const std::string& name,
-          const Vec2& center, int sides, double radius);
+// An upright pipe or column from floor to ceiling, of a regular polygon.
+struct Pipe {
+  std::string name;
+  int room = 0;
+  Vec2 center{0};  // m
+  int sides = 4;
+  double radius = 0;  // m
+};
+void build_pipe(ModelBuilder& out, PaintId paint, const Room& room, const Pipe& pipe);
 
 // A linear lamp of three luminous faces (below and at its sides), hung from its wires with
 // `center` in the middle of its top.
 void linear_lamp(ModelBuilder& out, const Palette& p, const std::string& name, const Vec3& center,
                  bool along_x);
-inline constexpr int kLampLights = 3, kLampFaces = 6;
+inline constexpr int kLampLights = 3;
+inline constexpr double kLampArea = .325;                    // m², luminous
 inline constexpr double kLampLength = 1.2, kLampDrop = .35;  // m
 
 // A sign about `center`, its one luminous face towards `side`.
 void exit_sign(ModelBuilder& out, const Palette& p, const std::string& name, const Vec3& center,
                Side side);
-inline constexpr int kSignLights = 1, kSignFaces = 6;
+inline constexpr int kSignLights = 1;
 
-}  // namespace atrium
+}  // namespace atrium::generator

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace atrium {
+namespace atrium::generator {
 namespace {
 
 constexpr double kDeskTop = .75, kDeskDepth = .8, kDeskWidth = 1.6;  // m
@@ -333,4 +333,4 @@ void school_table(Furnisher& f, int number, const Placement& at) {
   }
 }
 
-}  // namespace atrium
+}  // namespace atrium::generator

@@ -10,7 +10,7 @@
 #include "data/dice.h"
 #include "data/plan.h"
 
-namespace atrium {
+namespace atrium::generator {
 
 enum class Furnish { kNone, kLow, kHigh };
 
@@ -39,13 +39,16 @@ inline constexpr int kWorkstationPieces = 9;
 // A bookcase of 0.9 × 0.3 m (far edge's middle at the origin), and books in it of so many faces in
 // all, as far as they fit: five a book, the last one more. Two pieces; returns the books' faces.
 int bookcase(Furnisher& f, int number, const Placement& at, int book_faces, Dice& dice);
-inline constexpr Rect kBookcase{-450, 450, -300, 0};  // mm
+inline constexpr Rect kBookcase{-460, 460, -300, 0};  // mm, with a gap on either side
 int usual_book_faces(Furnish grade);
 
+// In a pot about the origin.
 void plant(Furnisher& f, int number, const Placement& at, Dice& dice);
+
+inline constexpr Rect kPlant{-250, 250, -250, 250};  // mm
 
 // A table of 1.4 × 0.5 m with two chairs: three pieces.
 void school_table(Furnisher& f, int number, const Placement& at);
 inline constexpr Rect kSchoolTable{-700, 700, -1000, 0};  // mm
 
-}  // namespace atrium
+}  // namespace atrium::generator

@@ -2,11 +2,15 @@
 
 #include <algorithm>
 
+#include "data/building.h"
 #include "data/office.h"
 #include "data/simple.h"
+#include "data/storeys.h"
 
 namespace atrium {
 namespace {
+
+using namespace generator;  // what the kinds are made of
 
 constexpr int kMostRooms = 100;  // --grid K
 constexpr int kMostStoreys = 200;
@@ -24,6 +28,15 @@ Status usage(const std::string& cause, const std::string& remedy) {
 Furnish furnish_of(const GenerateOptions& o) {
   const std::string grade = o.furnish.value_or("none");
   return grade == "low" ? Furnish::kLow : grade == "high" ? Furnish::kHigh : Furnish::kNone;
+}
+
+Result<GeneratedModel> make_building(const GenerateOptions& o) {
+  return building({.storeys = o.kind == "floor" ? 1 : o.storeys.value_or(kPaperStoreys),
+                   .rooms = o.rooms.value_or(0),
+                   .buildings = o.kind == "campus" ? o.buildings.value_or(2) : 1,
+                   .furnish = furnish_of(o),
+                   .seed = o.seed},
+                  o.kind);
 }
 
 const std::vector<Kind>& kinds() {
@@ -49,6 +62,9 @@ const std::vector<Kind>& kinds() {
       {"office-high",
        {},
        [](const Options& o) -> Result<GeneratedModel> { return office(Furnish::kHigh, o.seed); }},
+      {"floor", {"furnish", "rooms"}, make_building},
+      {"building", {"furnish", "storeys", "rooms"}, make_building},
+      {"campus", {"furnish", "storeys", "rooms", "buildings"}, make_building},
   };
   return kAll;
 }

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "data/shapes.h"
+#include "data/generated_model.h"
 #include "engine/status.h"
 
 namespace atrium {
@@ -27,16 +27,16 @@ namespace atrium {
 // An option that is left empty takes the kind's default; one that the kind does not know is
 // refused.
 struct GenerateOptions {
-  std::string kind;                    // one of generator_kinds()
-  std::uint64_t seed = 1;              // moves furniture, partitions and colours about
-  std::optional<double> rho;           // furnace, rooms: every surface's reflectance, in [0, 1)
-  std::optional<double> exitance;      // furnace: every surface's M, lm/m²
-  std::optional<std::string> shape;    // furnace: cube, l-room, two-rooms or grid3x3
-  std::optional<int> grid;             // rooms: K of K×K
-  std::optional<std::string> furnish;  // offices, floor, building, campus: none, low or high
-  std::optional<int> storeys;          // building, campus
-  std::optional<int> rooms;            // floor, building, campus: at least so many on a storey
-  std::optional<int> buildings;        // campus
+  std::string kind;                       // one of generator_kinds()
+  std::uint64_t seed = 1;                 // moves furniture, partitions and colours about
+  std::optional<double> rho = {};         // furnace, rooms: every surface's reflectance, in [0, 1)
+  std::optional<double> exitance = {};    // furnace: every surface's M, lm/m²
+  std::optional<std::string> shape = {};  // furnace: cube, l-room, two-rooms or grid3x3
+  std::optional<int> grid = {};           // rooms: K of K×K
+  std::optional<std::string> furnish = {};  // offices, floor, building, campus: none, low or high
+  std::optional<int> storeys = {};          // building, campus
+  std::optional<int> rooms = {};            // floor, building, campus: at least so many on a storey
+  std::optional<int> buildings = {};        // campus
 };
 
 const std::vector<std::string>& generator_kinds();

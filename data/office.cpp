@@ -2,7 +2,7 @@
 
 #include "data/fittings.h"
 
-namespace atrium {
+namespace atrium::generator {
 namespace {
 
 constexpr int kWidth = 6000, kDepth = 4500, kHeight = 2800;  // mm
@@ -64,16 +64,16 @@ GeneratedModel office(Furnish furnish, std::uint64_t seed) {
   ModelBuilder out;
   const Palette p = make_palette(out, kLampLuminance);
   Plan plan = office_plan(p);
-  Room& room = plan.room(0);
+  const Room& room = plan.room(0);
   plan.build(0, out);
-  radiator(out, p, room, "radiator1", Side::kNorth, 900, 2500);
-  radiator(out, p, room, "radiator2", Side::kNorth, 3500, 5100);
-  pipe(out, p, room, "pipe1", {.12, 4.38}, 4, .06);
-  pipe(out, p, room, "pipe2", {5.88, 4.38}, 4, .06);
+  build_radiator(out, p, room, {"radiator1", 0, Side::kNorth, 900, 2500});
+  build_radiator(out, p, room, {"radiator2", 0, Side::kNorth, 3500, 5100});
+  build_pipe(out, p.metal, room, {"pipe1", 0, {.12, 4.38}, 4, .06});
+  build_pipe(out, p.metal, room, {"pipe2", 0, {5.88, 4.38}, 4, .06});
   build_lamps(out, p);
   if (furnish == Furnish::kNone) return out.take("office");
   build_furniture(out, p, furnish, seed);
   return out.take(furnish == Furnish::kLow ? "office-low" : "office-high");
 }
 
-}  // namespace atrium
+}  // namespace atrium::generator

@@ -4,8 +4,8 @@
 #include "data/furniture.h"
 #include "data/shapes.h"
 
-namespace atrium {
+namespace atrium::generator {
 
 GeneratedModel office(Furnish furnish, std::uint64_t seed);
 
-}  // namespace atrium
+}  // namespace atrium::generator

@@ -5,7 +5,7 @@
 
 #include "engine/check.h"
 
-namespace atrium {
+namespace atrium::generator {
 namespace {
 
 constexpr int kDoorClearance = 900;  // mm of floor kept free before a hole that people walk through
@@ -186,4 +186,4 @@ void Plan::build_walls(const Room& room, ModelBuilder& out) const {
   }
 }
 
-}  // namespace atrium
+}  // namespace atrium::generator

@@ -14,7 +14,7 @@
 
 #include "data/shapes.h"
 
-namespace atrium {
+namespace atrium::generator {
 
 enum class Side { kWest, kEast, kSouth, kNorth };  // the walls at x0, x1, y0, y1
 inline constexpr std::array kSides{Side::kWest, Side::kEast, Side::kSouth, Side::kNorth};
@@ -100,6 +100,7 @@ class Plan {
   void add(const Panel& panel);
 
   Room& room(int i) { return rooms_[static_cast<std::size_t>(i)]; }
+  const Room& room(int i) const { return rooms_[static_cast<std::size_t>(i)]; }
   int size() const { return static_cast<int>(rooms_.size()); }
 
   // Room i's floor, ceiling, walls, frames, recesses, and the reveals of the openings it owns.
@@ -119,4 +120,4 @@ Rect strip_before(const Room& room, Side side, int a0, int a1, int depth);
 // A wall-parallel point: `across` from the origin along the wall's normal axis. Millimetres to m.
 Vec3 wall_point(Side side, int across, int along, int z);
 
-}  // namespace atrium
+}  // namespace atrium::generator

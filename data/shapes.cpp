@@ -7,17 +7,12 @@
 
 #include "engine/check.h"
 
-namespace atrium {
-
-ModelCounts GeneratedModel::counts() const {
-  ModelCounts n{.clusters = groups.size(), .patches = faces.size()};
-  for (const GeneratedFace& f : faces) n.lights += paints[f.paint].emits();
-  return n;
-}
+namespace atrium::generator {
 
 Placement placed(const Vec3& origin, double degrees) {
   const double radians = degrees * std::numbers::pi / 180;
-  return {origin, std::cos(radians), std::sin(radians)};
+  const auto exact = [](double x) { return std::abs(x) < 1e-15 ? 0 : x; };  // at right angles
+  return {origin, exact(std::cos(radians)), exact(std::sin(radians))};
 }
 
 PaintId ModelBuilder::paint(const std::string& name, const Spectrum& reflectance,
@@ -155,4 +150,4 @@ std::vector<Rect> cut_out(const Rect& outer, std::span<const Rect> holes) {
   return columns;
 }
 
-}  // namespace atrium
+}  // namespace atrium::generator

@@ -1,10 +1,5 @@
-// The model under construction: named groups of convex faces, and the solids they are made of.
-//
-// Invariants of GeneratedModel:
-//  1. Group g holds faces[g.first_face .. g.first_face + g.face_count), at least one; groups are
-//     contiguous and in the modeller's order. Names are unique.
-//  2. Face f holds vertices[f.first_vertex .. + f.vertex_count), counter-clockwise from the air.
-// A ModelBuilder belongs to one thread.
+// A model under construction: groups of faces, the solids they are made of, and rectangles with
+// holes. A ModelBuilder belongs to one thread.
 #pragma once
 
 #include <cstdint>
@@ -13,46 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/geometry.h"
-#include "engine/spectrum.h"
+#include "data/generated_model.h"
 
-namespace atrium {
-
-struct Paint {
-  std::string name;
-  Spectrum reflectance{0};
-  Spectrum luminance{0};  // cd/m²
-  bool emits() const { return luminance != Spectrum{0}; }
-};
-
-using PaintId = std::uint32_t;  // into GeneratedModel::paints
-
-struct GeneratedFace {
-  PaintId paint = 0;
-  std::uint32_t first_vertex = 0, vertex_count = 0;
-};
-
-struct GeneratedGroup {  // a cluster
-  std::string name;
-  std::uint32_t first_face = 0, face_count = 0;
-};
-
-struct ModelCounts {
-  std::uint64_t clusters = 0, patches = 0, lights = 0;
-};
-
-struct GeneratedModel {
-  std::string title;
-  std::vector<Paint> paints;
-  std::vector<GeneratedGroup> groups;
-  std::vector<GeneratedFace> faces;
-  std::vector<Vec3> vertices;
-
-  PolygonView polygon(const GeneratedFace& f) const {
-    return std::span(vertices).subspan(f.first_vertex, f.vertex_count);
-  }
-  ModelCounts counts() const;
-};
+namespace atrium::generator {
 
 // Faces of an axis-aligned box, to be left out where it touches something.
 enum BoxFaces : unsigned {
@@ -125,4 +83,4 @@ inline double metres(int millimetres) { return millimetres / 1000.0; }
 // not overlap one another. Least in number where the holes stand in rows or columns.
 std::vector<Rect> cut_out(const Rect& outer, std::span<const Rect> holes);
 
-}  // namespace atrium
+}  // namespace atrium::generator

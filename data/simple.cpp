@@ -6,7 +6,7 @@
 #include "data/dice.h"
 #include "data/plan.h"
 
-namespace atrium {
+namespace atrium::generator {
 namespace {
 
 constexpr int kWallThickness = 200;  // mm
@@ -194,4 +194,4 @@ GeneratedModel grid_of_rooms(int k, std::optional<double> rho, std::uint64_t see
   return out.take("rooms " + std::to_string(k) + "x" + std::to_string(k));
 }
 
-}  // namespace atrium
+}  // namespace atrium::generator

@@ -3,7 +3,7 @@
 
 #include "data/generate.h"
 
-namespace atrium {
+namespace atrium::generator {
 
 GeneratedModel cornell(std::uint64_t seed);
 
@@ -14,4 +14,4 @@ Result<GeneratedModel> furnace(const std::string& shape, double rho, double exit
 // reflectance rho if it is given.
 GeneratedModel grid_of_rooms(int k, std::optional<double> rho, std::uint64_t seed);
 
-}  // namespace atrium
+}  // namespace atrium::generator

@@ -23,6 +23,7 @@ TEST(Cornell, RoomIsClosedAndSound) {
   const GeneratedModel m = generated(kind("cornell"));
   expect_sound_faces(m);
   expect_nothing_rejoinable(m);
+  expect_no_overlap(m);
   EXPECT_LT(length(net_area(m) - Vec3(0, 0, 2 * 1.65 * 1.65)), 1e-12);  // the boxes' bottoms
   expect_modellers_order(m);
   expect_closed(m, 2000, .05);  // two boxes of 1.65² m² on some 200 m²
@@ -48,6 +49,7 @@ TEST_P(Furnace, IsClosedWithOnePaintOfTheGivenExitance) {
   const GeneratedModel m = generated(o);
   expect_sound_faces(m);
   expect_nothing_rejoinable(m);
+  expect_no_overlap(m);
   EXPECT_LT(length(net_area(m)), 1e-12);
   expect_closed(m, 2000, 0);
   ASSERT_EQ(m.paints.size(), 1u);
@@ -95,6 +97,7 @@ TEST(Rooms, GridOfKHasKTimesKRoomsWithDoorwaysLampsAndBoxes) {
     EXPECT_EQ(m.counts().lights, rooms);
     expect_sound_faces(m);
     expect_nothing_rejoinable(m);
+    expect_no_overlap(m);
     EXPECT_LT(length(net_area(m) - Vec3(0, 0, missing_below(m))), 1e-10);
     expect_modellers_order(m);
     expect_closed(m, 2000, .06);

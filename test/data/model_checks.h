@@ -14,6 +14,7 @@
 #include "test/data/ray_grid.h"
 
 namespace atrium {
+using namespace generator;
 
 inline GeneratedModel generated(const GenerateOptions& options) {
   Result<GeneratedModel> model = generate(options);
@@ -97,6 +98,51 @@ inline void expect_nothing_rejoinable(const GeneratedModel& m) {
   }
 }
 
+// No two faces of the model lie over one another in one plane, whichever way they look.
+inline void expect_no_overlap(const GeneratedModel& m) {
+  constexpr double kNear = 1e-6;     // m: planes nearer than this are one
+  constexpr double kOverlap = 1e-7;  // m²
+  struct Flat {
+    long offset;
+    Box box;
+    std::size_t face;
+  };
+  std::map<std::array<long, 3>, std::vector<Flat>> by_normal;
+  for (std::size_t f = 0; f < m.faces.size(); ++f) {
+    Plane p = plane_of(m.polygon(m.faces[f]));
+    const auto key = [](double x) { return std::lround(x * 1e6); };
+    std::array<long, 3> n{key(p.normal.x), key(p.normal.y), key(p.normal.z)};
+    if (n < std::array<long, 3>{0, 0, 0}) {
+      p = p.flipped();
+      for (long& x : n) x = -x;
+    }
+    by_normal[n].push_back({std::lround(p.offset / kNear), bounds(m.polygon(m.faces[f])), f});
+  }
+  for (auto& [normal, flats] : by_normal) {
+    std::ranges::sort(flats, [](const Flat& a, const Flat& b) {
+      return a.offset != b.offset ? a.offset < b.offset : a.box.lo.x < b.box.lo.x;
+    });
+    for (std::size_t i = 0; i < flats.size(); ++i) {
+      for (std::size_t j = i + 1; j < flats.size() && flats[j].offset == flats[i].offset &&
+                                  flats[j].box.lo.x <= flats[i].box.hi.x;
+           ++j) {
+        if (!flats[i].box.overlaps(flats[j].box, kNear)) continue;
+        const PolygonView p = m.polygon(m.faces[flats[i].face]);
+        const PolygonView q = m.polygon(m.faces[flats[j].face]);
+        const Vec3 n = normalize(area_vector(p));
+        Polygon common(q.begin(), q.end());
+        for (std::size_t k = 0; k < p.size() && !common.empty(); ++k) {
+          const Vec3 inwards = normalize(cross(n, p[(k + 1) % p.size()] - p[k]));
+          common = clip(common, {inwards, dot(inwards, p[k])}, 1e-9);
+        }
+        ASSERT_TRUE(common.empty() || area(common) < kOverlap)
+            << group_of(m, flats[i].face) << " and " << group_of(m, flats[j].face) << " overlap in "
+            << area(common) << " m²";
+      }
+    }
+  }
+}
+
 // Σ of the faces' area vectors: nothing for the closed boundary of the air; a solid that lacks the
 // face it stands on adds that face's area, upwards.
 inline Vec3 net_area(const GeneratedModel& m) {
@@ -134,7 +180,11 @@ class FrontPoints {
   FrontPoint draw(Dice& dice) const {
     const auto i = static_cast<std::size_t>(
         std::ranges::upper_bound(cumulative_, dice.uniform(0, total_)) - cumulative_.begin());
-    const auto [face, k] = triangles_[std::min(i, triangles_.size() - 1)];
+    return in_triangle(std::min(i, triangles_.size() - 1), dice);
+  }
+  std::size_t triangles() const { return triangles_.size(); }
+  FrontPoint in_triangle(std::size_t i, Dice& dice) const {
+    const auto [face, k] = triangles_[i];
     const PolygonView p = model_.polygon(model_.faces[face]);
     const double a = std::sqrt(dice.uniform(0, 1)), b = dice.uniform(0, 1);
     return front_point(model_, face, p[0] + a * ((1 - b) * (p[k] - p[0]) + b * (p[k + 1] - p[0])));
@@ -158,8 +208,9 @@ inline std::optional<RayHit> look(const RayGrid& grid, const FrontPoint& p, Dice
   return hit;
 }
 
-// No ray from a front escapes. What lies under something that stands on it looks at the inside of
-// that thing: at backs, and at fronts that are covered too. Anything else sees fronts only.
+// No ray from a front escapes, from points in every face and from more uniform by area. What lies
+// under something that stands on it looks at the inside of that thing: at backs, and at fronts that
+// are covered too. Anything else sees fronts only.
 inline void expect_closed(const GeneratedModel& m, int points, double covered_allowed) {
   constexpr int kRaysEach = 4, kRaysToSeeBack = 16;
   const RayGrid grid(m);
@@ -171,8 +222,10 @@ inline void expect_closed(const GeneratedModel& m, int points, double covered_al
            std::to_string(x.z);
   };
   int covered = 0;
-  for (int i = 0; i < points; ++i) {
-    const FrontPoint p = fronts.draw(dice);
+  const int every = static_cast<int>(fronts.triangles());
+  for (int i = -every; i < points; ++i) {
+    const FrontPoint p =
+        i < 0 ? fronts.in_triangle(static_cast<std::size_t>(-i - 1), dice) : fronts.draw(dice);
     std::string back;
     std::vector<FrontPoint> seen;
     for (int r = 0; r < kRaysEach; ++r) {
@@ -186,7 +239,7 @@ inline void expect_closed(const GeneratedModel& m, int points, double covered_al
       }
     }
     if (back.empty()) continue;
-    ++covered;
+    covered += i >= 0;
     for (const FrontPoint& q : seen) {
       bool inside = false;
       for (int r = 0; r < kRaysToSeeBack && !inside; ++r) {

@@ -2,11 +2,12 @@
 // of the engine's own ray structures.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
 
-#include "data/shapes.h"
+#include "data/generated_model.h"
 
 namespace atrium {
 

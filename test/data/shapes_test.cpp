@@ -11,6 +11,7 @@
 #include "data/generate.h"
 
 namespace atrium {
+using namespace generator;
 namespace {
 
 long area_of(const std::vector<Rect>& rects) {
