@@ -12,6 +12,7 @@
 #include "engine/import/mesh.h"
 #include "engine/import/overlap.h"
 #include "engine/import/raw_model.h"
+#include "engine/import/read_gltf.h"
 #include "engine/import/read_obj.h"
 #include "engine/import/rejoin.h"
 #include "engine/import/sides.h"
@@ -40,6 +41,7 @@ Status read_file(const std::string& path, RawModel& model, WarningLog& warnings)
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return std::tolower(c); });
   if (extension == ".obj") return read_obj(path, model, warnings);
+  if (extension == ".gltf" || extension == ".glb") return read_gltf(path, model, warnings);
   return Status(Code::kScene, path, "", "is neither .obj nor .gltf nor .glb",
                 "convert it to one of these");
 }
