@@ -4,6 +4,7 @@
 // likewise; sync the page files; the root into its slot; sync it. A crash before the last of these
 // leaves the root before, and everything it names, as they were. There is no log.
 #include <algorithm>
+#include <filesystem>
 #include <random>
 
 #include "engine/check.h"
@@ -68,7 +69,7 @@ struct ClusterStore::RootContents {
 Result<std::unique_ptr<ClusterStore>> ClusterStore::create(const std::string& dir,
                                                            const StoreOptions& options) {
   std::unique_ptr<ClusterStore> store(new ClusterStore(dir, options, OpenMode::kReadWrite));
-  ATRIUM_RETURN_IF_ERROR(store->disk_.make_directory(dir));
+  ATRIUM_RETURN_IF_ERROR(store->make_directory());
   ATRIUM_RETURN_IF_ERROR(store->prepare(options));
   const auto slots = read_roots(*store->roots_);
   if (!slots.ok()) return slots.status();
@@ -100,6 +101,14 @@ Result<std::unique_ptr<ClusterStore>> ClusterStore::open(const std::string& dir,
     const bool overtaken = !store->unless_moved_on(Status(), 1).ok();
     if (!overtaken || attempt == kOpenAttempts) return loaded;
   }
+}
+
+// The name of a directory made here is durable, as what is in it will be.
+Status ClusterStore::make_directory() {
+  if (disk_.exists(dir_)) return {};
+  ATRIUM_RETURN_IF_ERROR(disk_.make_directory(dir_));
+  const std::string parent = std::filesystem::path(dir_).parent_path();
+  return disk_.sync_directory(parent.empty() ? "." : parent);
 }
 
 Status ClusterStore::prepare(const StoreOptions& options) {

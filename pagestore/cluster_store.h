@@ -196,6 +196,7 @@ class ClusterStore {
   struct RootContents;  // what one root names, as read from disk
 
   ClusterStore(const std::string& dir, const StoreOptions& options, OpenMode mode);
+  Status make_directory();
   Status prepare(const StoreOptions& options);  // lock, files, arena, policy; no records yet
 
   // Records in the arena: cluster_store.cpp

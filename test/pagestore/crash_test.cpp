@@ -71,6 +71,27 @@ TEST(Crash, AgainAndAgainInOneRun) {
   }
 }
 
+// A store's making is cut short, made again, and then the power goes at once.
+TEST(Crash, WhatCreateReturnedIsDurableThoughAnEarlierAttemptWasCutShort) {
+  constexpr std::uint64_t kTearings = 20;
+  SimulatedDisk whole;
+  ASSERT_OK(SimulatedRun(whole, 1).create());
+  for (std::uint64_t n = 0; n < whole.calls; ++n)
+    for (std::uint64_t tearing = 0; tearing < kTearings; ++tearing) {
+      SCOPED_TRACE("call " + std::to_string(n) + ", tearing " + std::to_string(tearing));
+      SimulatedDisk disk;
+      SimulatedRun run(disk, 1);
+      run_until_power_goes(disk, run, n, 0);
+      disk.lose_power_and_restart(tearing);
+      recover(disk, run);
+      if (HasFatalFailure()) return;
+      run.close();
+      disk.lose_power_and_restart(tearing + 1);
+      EXPECT_TRUE(
+          ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kReadWrite).ok());
+    }
+}
+
 // A root that verifies must lead to contents that verify, the older as well as the newer: after any
 // crash the newest root may go bad later, and the one before it is what is left.
 TEST(Crash, TheOlderRootIsWholeAtEveryCall) {

@@ -68,6 +68,28 @@ TEST(DiskFault, AfterAFailedSyncNothingIsWrittenAnyMore) {
   EXPECT_OK(run.read_everything());
 }
 
+// Whichever write of a checkpoint fails, what it had written by then is given up again.
+TEST(DiskFault, FailedCheckpointsLeakNoSpace) {
+  SimulatedDisk disk;
+  const StoreOptions options{.arena_bytes = 64 * kGranule, .policy = "lru", .disk = &disk};
+  auto store = ClusterStore::create("run", options).value();
+  ASSERT_OK(store->create_record(cluster(0), filled(100'000, 0)));
+  ASSERT_OK(store->checkpoint({}));
+  const std::uint64_t before = store->file_bytes();
+  constexpr std::uint64_t kWrites = 3;  // the record, the directory, the state
+  for (std::uint64_t i = 0; i < 300; ++i) {
+    (*store->edit(cluster(0))).bytes()[0] = static_cast<std::byte>(i);
+    std::uint64_t left = i % kWrites;
+    disk.fault = [&left](std::uint64_t, const std::string& call) {
+      return call == "write" && left-- == 0 ? Fault::kError : Fault::kNone;
+    };
+    ASSERT_FALSE(store->checkpoint({}).ok());
+  }
+  disk.fault = nullptr;
+  ASSERT_OK(store->checkpoint({}));
+  EXPECT_EQ(store->file_bytes(), before);
+}
+
 TEST(DiskFault, AFullDiskIsSaidAndLosesNothing) {
   SimulatedDisk disk;
   disk.capacity = 2'000'000;  // one segment of 1 MiB, and less than another

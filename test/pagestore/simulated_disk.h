@@ -1,11 +1,13 @@
 // SimulatedDisk: a disk in memory that keeps apart what is written from what is durable, counts its
 // calls, and can fill up, fail, write short and lose power.
 //
-// A write is pending until the file's next sync; a file's length grows durably with the sync too,
-// and a file that was made is durable after sync_directory. On power loss any subset of what is
-// pending reaches the disk, each write whole, torn at a sector, or not at all.
+// A write is pending until the file's next sync; a file's length and the blocks behind it are
+// durable with the sync too, and a file that was made is durable after sync_directory. On power
+// loss any subset of what is pending reaches the disk, each write whole, torn at a sector, or not
+// at all; a file may keep its new length without the blocks, or vanish.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <functional>
@@ -26,6 +28,7 @@ class SimulatedDisk final : public Disk {
 
   struct File {
     std::vector<std::byte> now, durable;
+    std::uint64_t reserved = 0, durably_reserved = 0;  // bytes backed by blocks
     std::vector<std::pair<std::uint64_t, std::vector<std::byte>>> pending;
     bool name_durable = false;
     bool locked = false;
@@ -54,6 +57,7 @@ class SimulatedDisk final : public Disk {
         file.durable.resize(file.now.size());
       for (const auto& [offset, bytes] : file.pending) land(file.durable, offset, bytes, random);
       file.now = file.durable;
+      file.reserved = file.durably_reserved;
       file.pending.clear();
       file.name_durable = true;
       ++it;
@@ -64,7 +68,7 @@ class SimulatedDisk final : public Disk {
 
   std::uint64_t used() const {
     std::uint64_t bytes = 0;
-    for (const auto& [path, file] : files) bytes += file.now.size();
+    for (const auto& [path, file] : files) bytes += file.reserved;
     return bytes;
   }
 
@@ -120,10 +124,11 @@ class SimulatedDisk final : public Disk {
     Status allocate(std::uint64_t size) override {
       if (disk_.next("allocate") != Fault::kNone) return failure(path_, "allocate");
       File& file = disk_.files[path_];
-      if (size <= file.now.size()) return {};
-      if (disk_.used() + size - file.now.size() > disk_.capacity)
+      if (size <= file.reserved) return {};
+      if (disk_.used() + size - file.reserved > disk_.capacity)
         return Status(Code::kStore, path_, "", "no space left", "make room");
-      file.now.resize(size);
+      file.now.resize(std::max<std::uint64_t>(size, file.now.size()));
+      file.reserved = size;
       return {};
     }
     Result<std::size_t> write_some(std::uint64_t offset,
@@ -134,7 +139,7 @@ class SimulatedDisk final : public Disk {
       if (what == Fault::kPowerOff)  // under way when the power went: may land, may tear
         file.pending.emplace_back(offset, std::vector(bytes.begin(), bytes.end()));
       if (what == Fault::kError || what == Fault::kPowerOff) return failure(path_, "write");
-      if (offset + bytes.size() > file.now.size())
+      if (offset + bytes.size() > file.reserved)
         return failure(path_, "a write past what is reserved");
       std::memcpy(file.now.data() + offset, bytes.data(), bytes.size());
       file.pending.emplace_back(offset, std::vector(bytes.begin(), bytes.end()));
@@ -153,6 +158,7 @@ class SimulatedDisk final : public Disk {
       File& file = disk_.files[path_];
       if (what != Fault::kNone) return failure(path_, "sync");
       file.durable = file.now;
+      file.durably_reserved = file.reserved;
       file.pending.clear();
       return {};
     }
