@@ -136,13 +136,15 @@ class Building {
     }
   }
 
-  // Free spots along the walls, the nearest to the corners first and the rooms in turn: a spot each
-  // a turn, corridors several. Takes their floor.
+  // Free spots along the walls, the rooms in turn: a spot each a turn, the nearest to the corners
+  // first, but several in corridors, anywhere. Takes their floor.
   std::vector<Pipe> pipe_spots(int count) {
     std::vector<std::vector<Pipe>> free;
     int found = 0;
     for (int i = 0; i < storeys_.plan.size(); ++i) {
       free.push_back(spots_in(i));
+      if (storeys_.uses[static_cast<std::size_t>(i)] == Use::kCorridor)
+        shuffle(free.back(), Dice(options_.seed, storeys_.plan.room(i).name + "/pipes"));
       found += static_cast<int>(free.back().size());
     }
     std::vector<Pipe> spots;
@@ -157,6 +159,12 @@ class Building {
     for (const Pipe& spot : spots)
       storeys_.plan.room(spot.room).occupied.push_back(pipe_space(spot.center));
     return spots;
+  }
+
+  static void shuffle(std::vector<Pipe>& pipes, Dice dice) {
+    for (int i = static_cast<int>(pipes.size()) - 1; i > 0; --i)
+      std::swap(pipes[static_cast<std::size_t>(i)],
+                pipes[static_cast<std::size_t>(dice.integer(0, i))]);
   }
 
   static Rect pipe_space(const Vec2& center) {

@@ -60,7 +60,6 @@ void build_pipe(ModelBuilder& out, PaintId paint, const Room& room, const Pipe& 
 void linear_lamp(ModelBuilder& out, const Palette& p, const std::string& name, const Vec3& center,
                  bool along_x);
 inline constexpr int kLampLights = 3;
-inline constexpr double kLampArea = .325;                    // m², luminous
 inline constexpr double kLampLength = 1.2, kLampDrop = .35;  // m
 
 // A sign about `center`, its one luminous face towards `side`.

@@ -1,6 +1,7 @@
 #include "data/generate.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "data/building.h"
 #include "data/office.h"
@@ -14,6 +15,12 @@ using namespace generator;  // what the kinds are made of
 
 constexpr int kMostRooms = 100;  // --grid K
 constexpr int kMostStoreys = 200;
+constexpr int kMostBuildings = 1000, kMostRoomsOfStorey = 10000;
+
+// A model is held in memory whole, about 120 bytes a face.
+constexpr double kMostFaces = 40e6;
+constexpr double kFacesOfRoom = 130, kFacesOfRoomLow = 850, kFacesOfRoomHigh = 2300;  // about
+constexpr int kPaperRooms = 64;                                                       // of a storey
 
 struct Kind {
   std::string name;
@@ -31,12 +38,21 @@ Furnish furnish_of(const GenerateOptions& o) {
 }
 
 Result<GeneratedModel> make_building(const GenerateOptions& o) {
-  return building({.storeys = o.kind == "floor" ? 1 : o.storeys.value_or(kPaperStoreys),
-                   .rooms = o.rooms.value_or(0),
-                   .buildings = o.kind == "campus" ? o.buildings.value_or(2) : 1,
-                   .furnish = furnish_of(o),
-                   .seed = o.seed},
-                  o.kind);
+  const BuildingOptions b{.storeys = o.kind == "floor" ? 1 : o.storeys.value_or(kPaperStoreys),
+                          .rooms = o.rooms.value_or(0),
+                          .buildings = o.kind == "campus" ? o.buildings.value_or(2) : 1,
+                          .furnish = furnish_of(o),
+                          .seed = o.seed};
+  const double rooms = static_cast<double>(o.rooms.value_or(kPaperRooms)) * b.storeys * b.buildings;
+  const double each = b.furnish == Furnish::kHigh  ? kFacesOfRoomHigh
+                      : b.furnish == Furnish::kLow ? kFacesOfRoomLow
+                                                   : kFacesOfRoom;
+  if (rooms * each > kMostFaces)
+    return usage("the model would have some " + std::to_string(std::llround(rooms * each / 1e6)) +
+                     " million faces, and " + std::to_string(std::llround(kMostFaces / 1e6)) +
+                     " million are the most",
+                 "take fewer rooms, storeys or buildings, or less furniture");
+  return building(b, o.kind);
 }
 
 const std::vector<Kind>& kinds() {
@@ -107,8 +123,8 @@ Status check_values(const GenerateOptions& o) {
     return usage("--furnish does not know \"" + *o.furnish + "\"", "take none, low or high");
   ATRIUM_RETURN_IF_ERROR(in_range(o.grid, 1, kMostRooms, "grid"));
   ATRIUM_RETURN_IF_ERROR(in_range(o.storeys, 1, kMostStoreys, "storeys"));
-  ATRIUM_RETURN_IF_ERROR(in_range(o.buildings, 1, 1000, "buildings"));
-  return in_range(o.rooms, 1, 10000, "rooms");
+  ATRIUM_RETURN_IF_ERROR(in_range(o.buildings, 1, kMostBuildings, "buildings"));
+  return in_range(o.rooms, 1, kMostRoomsOfStorey, "rooms");
 }
 
 }  // namespace

@@ -112,9 +112,9 @@ class StoreyPlanner {
   }
 
   // An opening from room a's wall `side` into the first of `others` that it fits: `width` wide,
-  // about `middle` or as near as holes and corners let it.
-  void open(const std::string& name, int a, Side side, const std::vector<int>& others, int middle,
-            const Rect& size, bool sill) {
+  // about `middle` or as near as holes and corners let it. False if there is no room for it.
+  bool try_to_open(const std::string& name, int a, Side side, const std::vector<int>& others,
+                   int middle, const Rect& size, bool sill) {
     constexpr int kStep = 50, kMargin = 100;
     Plan& plan = result_.plan;
     const int reach = plan.room(a).wall(side).a1 - plan.room(a).wall(side).a0;
@@ -132,10 +132,14 @@ class StoreyPlanner {
                          .rect = rect,
                          .reveal = p_.reveal,
                          .frame = {.width = kFrameWidth, .sill = sill, .paint = p_.frame}});
-        return;
+        return true;
       }
     }
-    ATRIUM_CHECK(!"a wall without room for its opening");
+    return false;
+  }
+  void open(const std::string& name, int a, Side side, const std::vector<int>& others, int middle,
+            const Rect& size, bool sill) {
+    ATRIUM_CHECK(try_to_open(name, a, side, others, middle, size, sill));
   }
   static bool fits(const Room& room, Side side, const Rect& framed) {
     const Rect wall = room.wall(side);
@@ -256,35 +260,48 @@ class StoreyPlanner {
   }
 
   void plan_core(int level, int z) {
-    const std::string name = storey_name(level);
-    int classrooms = 0, opens = 0, inner = 0;
+    int classrooms = 0, open_areas = 0, inner = 0;
     for (const CoreItem& item : items_) {
-      const Rect area{item.x0, item.x1, kCore, kCore + kCoreDepth};
-      const int middle = x_ + (item.x0 + item.x1) / 2;
-      if (item.use == Use::kClassroom) {
-        const std::string tail = "classroom" + std::to_string(++classrooms);
-        const int room = add_room(name + tail, item.use, area, z, kStoreyHeight);
-        add_zone(room, z + kLampHeight, 1);
-        open_both_ways("door_" + tail, room, {middle}, door(z), false, level);
-        add_board_and_diffuser(room, 2500, 6500);
-      } else if (item.use == Use::kOpen) {
-        const std::string tail = "open_area" + std::to_string(++opens);
-        const int room = add_room(name + tail, item.use, area, z, kStoreyHeight);
-        add_zone(room, z + kLampHeight, 1);
-        open_both_ways("opening_" + tail, room, {middle}, hole(kWideOpening, z, 0, kWideHeight),
-                       false, level);
-        for (int c = 0; c < 2; ++c) {
-          const double x = metres(middle + (c ? 2 : -2) * 1300), y = metres(y_ + kCore) + 4.75;
-          result_.columns.push_back({"column" + std::to_string(c + 1), room, {x, y}, 8, .25});
-          const int cx = middle + (c ? 2600 : -2600), cy = y_ + kCore + 4750;
-          result_.plan.room(room).occupied.push_back(Rect{cx, cx, cy, cy}.grown(260));
-        }
-      } else if (item.use == Use::kOffice) {
-        plan_inner_offices(level, z, item, inner);
-      }
+      if (item.use == Use::kClassroom)
+        plan_classroom(level, z, item, "classroom" + std::to_string(++classrooms));
+      if (item.use == Use::kOpen)
+        plan_open_area(level, z, item, "open_area" + std::to_string(++open_areas));
+      if (item.use == Use::kOffice) plan_inner_offices(level, z, item, inner);
     }
     plan_services(level, z);
   }
+
+  int add_core_room(int level, int z, const CoreItem& item, const std::string& tail) {
+    const int room = add_room(storey_name(level) + tail, item.use,
+                              {item.x0, item.x1, kCore, kCore + kCoreDepth}, z, kStoreyHeight);
+    add_zone(room, z + kLampHeight, 1);
+    return room;
+  }
+
+  void plan_classroom(int level, int z, const CoreItem& item, const std::string& tail) {
+    const int room = add_core_room(level, z, item, tail);
+    open_both_ways("door_" + tail, room, {middle_of(item)}, door(z), false, level);
+    add_board_and_diffuser(room, 2500, 6500);
+  }
+
+  void plan_open_area(int level, int z, const CoreItem& item, const std::string& tail) {
+    constexpr int kColumns = 2, kFromMiddle = 2600, kColumnSpace = 520, kColumnSides = 8;
+    constexpr double kColumnRadius = .25;
+    const int room = add_core_room(level, z, item, tail);
+    open_both_ways("opening_" + tail, room, {middle_of(item)},
+                   hole(kWideOpening, z, 0, kWideHeight), false, level);
+    for (int c = 0; c < kColumns; ++c) {
+      const int x = middle_of(item) + (c ? kFromMiddle : -kFromMiddle);
+      const int y = y_ + kCore + kCoreDepth / 2;
+      result_.columns.push_back({"column" + std::to_string(c + 1),
+                                 room,
+                                 {metres(x), metres(y)},
+                                 kColumnSides,
+                                 kColumnRadius});
+      result_.plan.room(room).occupied.push_back(Rect{x, x, y, y}.grown(kColumnSpace / 2));
+    }
+  }
+  int middle_of(const CoreItem& item) const { return x_ + (item.x0 + item.x1) / 2; }
 
   void plan_inner_offices(int level, int z, const CoreItem& item, int& number) {
     constexpr int kColumns = 3, kRow = (kCoreDepth - kWall) / 2;
@@ -321,13 +338,19 @@ class StoreyPlanner {
     }
   }
 
+  // To the south and the north corridor at each of `middles`; but for the first, where they fit:
+  // a fire door's wall may stand in the way.
   void open_both_ways(const std::string& name, int room, const std::vector<int>& middles,
                       const Rect& size, bool sill, int level) {
     const Level& here = levels_[static_cast<std::size_t>(level)];
     for (std::size_t i = 0; i < middles.size(); ++i) {
       const std::string number = std::to_string(i + 1);
-      open(name + "_south" + number, room, Side::kSouth, here.south, middles[i], size, sill);
-      open(name + "_north" + number, room, Side::kNorth, here.north, middles[i], size, sill);
+      for (const bool south : {true, false}) {
+        const bool opened = try_to_open(name + (south ? "_south" : "_north") + number, room,
+                                        south ? Side::kSouth : Side::kNorth,
+                                        south ? here.south : here.north, middles[i], size, sill);
+        ATRIUM_CHECK(opened || i > 0);
+      }
     }
   }
 
@@ -335,7 +358,7 @@ class StoreyPlanner {
     const int top = (options_.storeys - 1) * kStoreyPitch + kStoreyHeight;
     const int room = add_room(options_.name + "atrium", Use::kAtrium,
                               {item.x0, item.x1, kCore, kCore + kCoreDepth}, 0, top);
-    const int middle = x_ + (item.x0 + item.x1) / 2;
+    const int middle = middle_of(item);
     for (int level = 0; level < options_.storeys; ++level) {
       const int z = level * kStoreyPitch;
       const std::string name = "opening_floor" + std::to_string(level + 1);

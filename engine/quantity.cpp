@@ -70,14 +70,14 @@ std::string number_with_unit(double value, const char* unit) {
 
 Result<std::uint64_t> parse_size(std::string_view text) {
   constexpr double kTooLarge = 18446744073709551616.0;  // 2^64
-  const Result<double> bytes = parse("size", text, kSizes, kSizeRemedy);
-  if (!bytes.ok()) return bytes.status();
-  if (*bytes >= kTooLarge) return refused("size", text, "is out of range", kSizeRemedy);
-  const bool bare = text.find_first_not_of("0123456789.eE+-") == std::string_view::npos;
   // A double holds whole numbers up to 2^53 only; a bare integer is read as what it is.
   std::uint64_t whole = 0;
   const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), whole);
   if (error == std::errc() && rest == text.data() + text.size()) return whole;
+  const Result<double> bytes = parse("size", text, kSizes, kSizeRemedy);
+  if (!bytes.ok()) return bytes.status();
+  if (*bytes >= kTooLarge) return refused("size", text, "is out of range", kSizeRemedy);
+  const bool bare = text.find_first_not_of("0123456789.eE+-") == std::string_view::npos;
   if (bare && *bytes != std::floor(*bytes))
     return refused("size", text, "is not a whole number of bytes", kSizeRemedy);
   return static_cast<std::uint64_t>(std::round(*bytes));

@@ -141,8 +141,8 @@ Result<Prepared> prepare(const SolveOptions& options) {
   const double pairs = double(plan.clusters) * double(plan.clusters);
   plan.visible_share = pairs > 0 ? p.model.visible.items.size() / pairs : 0;
   plan.mean_irradiance_guess = p.light.irradiance;
-  // No element need be smaller than this share of what a surface sees: 25 mm where rooms have 100 m².
-  constexpr double kSmallestEdge = 1.0 / 400;
+  // No element need be smaller than this share of what a surface sees: 3 mm where rooms have 100 m².
+  constexpr double kSmallestEdge = 1.0 / 3000;
   plan.min_edge =
       options.min_edge > 0 ? options.min_edge : kSmallestEdge * std::sqrt(p.light.reference_area);
   plan_memory(options, p.model, plan);

@@ -359,7 +359,8 @@ Status Scheduler::iterate() {
     ATRIUM_RETURN_IF_ERROR(sweep(last));
     if (stop_ != Stop::kNone) break;
     const PushPullSums& s = sweep_.sums;
-    const double change = s.radiosity2 > 0 ? std::sqrt(s.change2 / s.radiosity2) : 0;
+    const double reflected = luminance(s.reflected);
+    const double change = reflected > 0 ? s.change / reflected : 0;
     const double rest = rest_of_light(change);
     ++cursor_.sweep;
     cursor_.last_change = change;

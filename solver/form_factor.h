@@ -25,7 +25,7 @@ struct PolygonFormFactors {
   double a1, a2;    // areas; a1 f12 = a2 f21
 };
 
-// Relative error below 1e-6, usually 1e-9, down to form factors of 1e-10 for polygons that touch
+// Relative error below 1e-6, usually 1e-9, down to form factors of 1e-12 for polygons that touch
 // and of any size for those that do not. kUsage, naming "polygon 1" or "polygon 2", for what
 // check_polygon refuses.
 Result<PolygonFormFactors> polygon_to_polygon(PolygonView p1, PolygonView p2);

@@ -3,7 +3,8 @@
 //  contour   A1 F12 = (1/2π) ∮∮ ln r dr1·dr2 [Sparrow 63; Schröder & Hanrahan 93], the inner
 //  integral
 //            in closed form, the outer by adaptive Gauss-Kronrod. Touching edges cost nothing; but
-//            its terms cancel where the form factor is small beside the edges' lengths.
+//            its terms cancel where the form factor is small beside the edges' lengths: then it is
+//            taken again in long double, for eleven bits more.
 //  cubature  of the kernel over pairs of triangles, split until two rules agree. No term is
 //            negative, so it holds any number of digits however far or grazing; but near touching
 //            edges it would split for ever.
@@ -26,136 +27,154 @@ namespace atrium {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+// An answer is taken where its error is this share of it at most.
+constexpr double kGoodEnough = 1e-8;
+
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // A value and how far it may be off.
 struct Estimate {
   double value = 0;
   double error = 0;
+  bool good_enough() const { return error <= kGoodEnough * value; }
 };
 
 // ---- contour
 
+template <class Real>
 struct Edge {
-  Vec3 from{0};
-  Vec3 direction{0};  // unit
-  double length = 0;
+  glm::vec<3, Real> from;
+  glm::vec<3, Real> direction;  // unit
+  Real length;
 };
 
-std::vector<Edge> edges_of(PolygonView polygon) {
-  std::vector<Edge> out;
+template <class Real>
+std::vector<Edge<Real>> edges_of(PolygonView polygon) {
+  std::vector<Edge<Real>> out;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vec3 d = polygon[i + 1 < polygon.size() ? i + 1 : 0] - polygon[i];
-    const double l = length(d);
-    if (l > 0) out.push_back({polygon[i], d / l, l});
+    const glm::vec<3, Real> a(polygon[i]), b(polygon[i + 1 < polygon.size() ? i + 1 : 0]);
+    const Real l = glm::length(b - a);
+    if (l > 0) out.push_back({a, (b - a) / l, l});
   }
   return out;
 }
 
-// ∫ ln|y - x| dy along the edge, which x may touch, and the magnitude of its terms. Arranged so
-// that a short edge far away keeps its digits.
-Estimate log_integral(const Vec3& x, const Edge& edge) {
-  const Vec3 a = edge.from - x;
-  const double l = edge.length;
-  double u0 = dot(a, edge.direction), u1 = u0 + l;  // along the edge, from the foot of x
-  const double d = length(cross(a, edge.direction));
+// A sum's value and the magnitude of its terms.
+template <class Real>
+struct Sum {
+  Real value = 0;
+  Real magnitude = 0;
+};
+
+// ∫ ln|y - x| dy along the edge, which x may touch. Arranged so that a short edge far away keeps
+// its digits.
+template <class Real>
+Sum<Real> log_integral(const glm::vec<3, Real>& x, const Edge<Real>& edge) {
+  const glm::vec<3, Real> a = edge.from - x;
+  const Real l = edge.length;
+  Real u0 = glm::dot(a, edge.direction), u1 = u0 + l;  // along the edge, from the foot of x
+  const Real d = glm::length(glm::cross(a, edge.direction));
   if (std::abs(u1) < std::abs(u0)) {  // let the far end be the second
     std::swap(u0, u1);
     u0 = -u0;
     u1 = -u1;
   }
-  const double d2 = d * d, near2 = u0 * u0 + d2, far2 = u1 * u1 + d2;
+  const Real d2 = d * d, near2 = u0 * u0 + d2, far2 = u1 * u1 + d2;
   // u1 ln r1 - u0 ln r0 = l ln r1 + u0 (ln r1 - ln r0)
-  const double along = l * (0.5 * std::log(far2) - 1);
-  const double rise =
-      near2 > std::numeric_limits<double>::min() ? 0.5 * u0 * std::log1p(l * (u0 + u1) / near2) : 0;
-  const double across = d * std::atan2(d * l, d2 + u0 * u1);
+  const Real along = l * (std::log(far2) / 2 - 1);
+  const Real rise =
+      near2 > std::numeric_limits<Real>::min() ? u0 * std::log1p(l * (u0 + u1) / near2) / 2 : 0;
+  const Real across = d * std::atan2(d * l, d2 + u0 * u1);
   return {along + rise + across, std::abs(along) + std::abs(rise) + across};
 }
 
 // 15 points of Kronrod and the 7 of Gauss among them, on [-1, 1]. [QUADPACK]
-constexpr std::array<double, 8> kKronrodNode = {
-    0.991455371120812639206854697526329, 0.949107912342758524526189684047851,
-    0.864864423359769072789712788640926, 0.741531185599394439863864773280788,
-    0.586087235467691130294144691693013, 0.405845151377397166906606412076961,
-    0.207784955007898467600689403773245, 0.0};
-constexpr std::array<double, 8> kKronrodWeight = {
-    0.022935322010529224963732008058970, 0.063092092629978553290700663189204,
-    0.104790010322250183839876322541518, 0.140653259715525918745189590510238,
-    0.169004726639267902826583426598550, 0.190350578064785409913256402421014,
-    0.204432940075298892414161999234649, 0.209482141084727828012999174891714};
-constexpr std::array<double, 4> kGaussWeight = {
-    0.129484966168869693270611432679082, 0.279705391489276667901467771423780,
-    0.381830050505118944950369775488975, 0.417959183673469387755102040816327};
+constexpr std::array<long double, 8> kKronrodNode = {
+    0.991455371120812639206854697526329L, 0.949107912342758524526189684047851L,
+    0.864864423359769072789712788640926L, 0.741531185599394439863864773280788L,
+    0.586087235467691130294144691693013L, 0.405845151377397166906606412076961L,
+    0.207784955007898467600689403773245L, 0.0L};
+constexpr std::array<long double, 8> kKronrodWeight = {
+    0.022935322010529224963732008058970L, 0.063092092629978553290700663189204L,
+    0.104790010322250183839876322541518L, 0.140653259715525918745189590510238L,
+    0.169004726639267902826583426598550L, 0.190350578064785409913256402421014L,
+    0.204432940075298892414161999234649L, 0.209482141084727828012999174891714L};
+constexpr std::array<long double, 4> kGaussWeight = {
+    0.129484966168869693270611432679082L, 0.279705391489276667901467771423780L,
+    0.381830050505118944950369775488975L, 0.417959183673469387755102040816327L};
 
+template <class Real>
 class Contour {
  public:
-  Contour(PolygonView p1, PolygonView p2) : outer_(edges_of(p1)), inner_(edges_of(p2)) {}
+  Contour(PolygonView p1, PolygonView p2)
+      : outer_(edges_of<Real>(p1)), inner_(edges_of<Real>(p2)) {}
 
   // A1 F12, its error by quadrature and by rounding.
   Estimate integrate() {
-    double magnitude = 0;
-    for (const Edge& e : outer_) magnitude += kronrod(e, 0, e.length).magnitude;
-    finest_ = kEpsilon * magnitude;
-    Estimate sum;
-    for (const Edge& e : outer_) refine(e, 0, e.length, 0, sum);
-    sum.value /= 2 * kPi;
-    sum.error = (sum.error + kRoundings * finest_) / (2 * kPi);
-    return sum;
+    Real magnitude = 0;
+    for (const Edge<Real>& e : outer_) magnitude += kronrod(e, 0, e.length).sum.magnitude;
+    finest_ = std::numeric_limits<Real>::epsilon() * magnitude;
+    for (const Edge<Real>& e : outer_) refine(e, 0, e.length, 0);
+    error_ += kRoundings * finest_;
+    return {static_cast<double>(value_) / (2 * kPi), static_cast<double>(error_) / (2 * kPi)};
   }
 
  private:
-  static constexpr double kRoundings = 4;  // of the terms' magnitude, that a sum is off
-  static constexpr int kDepth = 48;
+  static constexpr Real kRoundings = 4;  // of the terms' magnitude, that a sum is off
+  static constexpr int kDepth = 60;
 
   struct Piece {
-    double value = 0, error = 0, magnitude = 0;
+    Sum<Real> sum;
+    Real error;  // of the quadrature
   };
 
-  Piece kronrod(const Edge& e, double a, double b) const {
-    const double center = 0.5 * (a + b), half = 0.5 * (b - a);
-    Piece piece;
-    double gauss = 0;
+  Piece kronrod(const Edge<Real>& e, Real a, Real b) const {
+    const Real center = (a + b) / 2, half = (b - a) / 2;
+    Piece piece{};
+    Real gauss = 0;
     for (std::size_t k = 0; k < kKronrodNode.size(); ++k) {
-      for (const double sign : {-1.0, 1.0}) {
-        if (kKronrodNode[k] == 0 && sign > 0) continue;
-        const Estimate at = integrand(e, center + sign * half * kKronrodNode[k]);
-        piece.value += half * kKronrodWeight[k] * at.value;
-        piece.magnitude += half * kKronrodWeight[k] * at.error;
-        if (k % 2 == 1) gauss += half * kGaussWeight[k / 2] * at.value;
+      const Real node = half * static_cast<Real>(kKronrodNode[k]);
+      const Real weight = half * static_cast<Real>(kKronrodWeight[k]);
+      for (const Real sign : {Real(-1), Real(1)}) {
+        if (node == 0 && sign > 0) continue;
+        const Sum<Real> at = integrand(e, center + sign * node);
+        piece.sum.value += weight * at.value;
+        piece.sum.magnitude += weight * at.magnitude;
+        if (k % 2 == 1) gauss += half * static_cast<Real>(kGaussWeight[k / 2]) * at.value;
       }
     }
-    piece.error = std::abs(piece.value - gauss);
+    piece.error = std::abs(piece.sum.value - gauss);
     return piece;
   }
 
-  Estimate integrand(const Edge& e, double s) const {
-    const Vec3 x = e.from + s * e.direction;
-    Estimate sum;
-    for (const Edge& f : inner_) {
-      const double turn = dot(e.direction, f.direction);
+  Sum<Real> integrand(const Edge<Real>& e, Real s) const {
+    const glm::vec<3, Real> x = e.from + s * e.direction;
+    Sum<Real> sum;
+    for (const Edge<Real>& f : inner_) {
+      const Real turn = glm::dot(e.direction, f.direction);
       if (turn == 0) continue;
-      const Estimate i = log_integral(x, f);
+      const Sum<Real> i = log_integral(x, f);
       sum.value += turn * i.value;
-      sum.error += std::abs(turn) * i.error;
+      sum.magnitude += std::abs(turn) * i.magnitude;
     }
     return sum;
   }
 
-  void refine(const Edge& e, double a, double b, int depth, Estimate& sum) const {
+  void refine(const Edge<Real>& e, Real a, Real b, int depth) {
     const Piece piece = kronrod(e, a, b);
     if (piece.error <= finest_ || depth == kDepth) {
-      sum.value += piece.value;
-      sum.error += piece.error;
+      value_ += piece.sum.value;
+      error_ += piece.error;
       return;
     }
-    const double middle = 0.5 * (a + b);
-    refine(e, a, middle, depth + 1, sum);
-    refine(e, middle, b, depth + 1, sum);
+    const Real middle = (a + b) / 2;
+    refine(e, a, middle, depth + 1);
+    refine(e, middle, b, depth + 1);
   }
 
-  std::vector<Edge> outer_, inner_;
-  double finest_ = 0;  // what rounding leaves to be gained
+  std::vector<Edge<Real>> outer_, inner_;
+  Real finest_ = 0;  // what rounding leaves to be gained
+  Real value_ = 0, error_ = 0;
 };
 
 // ---- cubature
@@ -174,7 +193,7 @@ class PairCubature {
   static constexpr double kRelative = 1e-10;
   static constexpr double kNegligible = 1e-12;
   static constexpr int kDepth = 40;
-  static constexpr int kPairs = 200'000;  // a fraction of a second; then the error says how it is
+  static constexpr int kPairs = 50'000;  // a tenth of a second; then the error says how it is
 
   template <int kNodes>
   double apply(const Triangle& a, const Triangle& b) const {
@@ -221,9 +240,6 @@ class PairCubature {
 
 // ---- polygons
 
-// The contour's answer is good enough where this share of it is the error at most.
-constexpr double kGoodEnough = 1e-8;
-
 // Distances below this many roundings of the largest coordinate are none.
 constexpr double kNoise = 8;
 
@@ -240,8 +256,10 @@ Result<double> exchange(PolygonView p1, PolygonView p2, double noise) {
   // Of a concave polygon clip() leaves the parts joined by edges there and back, which cancel.
   const Polygon part1 = clip(p1, plane2, noise), part2 = clip(p2, plane1, noise);
   if (part1.empty() || part2.empty()) return 0.0;
-  const Estimate contour = Contour(part1, part2).integrate();
-  if (contour.error <= kGoodEnough * contour.value) return contour.value;
+  Estimate contour = Contour<double>(part1, part2).integrate();
+  if (contour.good_enough()) return contour.value;
+  contour = Contour<long double>(part1, part2).integrate();
+  if (contour.good_enough()) return contour.value;
 
   std::vector<Triangle> t1, t2;
   if (!triangulate(p1, t1)) return Status(Code::kUsage, "polygon 1", "", "crosses itself", "");
@@ -299,7 +317,7 @@ Result<PolygonFormFactors> polygon_to_polygon(PolygonView p1, PolygonView p2) {
   // nothing of nearby coordinates.
   Box box = bounds(p1);
   box.extend(bounds(p2));
-  const double unit = box.diagonal();
+  const double unit = std::ldexp(1.0, std::ilogb(box.diagonal()));  // so that dividing is exact
   const auto local = [origin = p1[0], unit](PolygonView p) {
     Polygon out;
     for (const Vec3& x : p) out.push_back((x - origin) / unit);

@@ -41,7 +41,7 @@ void close_row(std::span<double> g, const Closing& closing) {
 
 void PushPullSums::add(const PushPullSums& s) {
   change2 += s.change2;
-  radiosity2 += s.radiosity2;
+  change += s.change;
   flux_in += s.flux_in;
   area += s.area;
   absorbed += s.absorbed;
@@ -118,9 +118,8 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
     for (int a = 0; a < k; ++a) {
       const Spectrum now{e[a * 3], e[a * 3 + 1], e[a * 3 + 2]};
       const Spectrum was{old[a * 3], old[a * 3 + 1], old[a * 3 + 2]};
-      const Spectrum b = rho * now + (a == 0 ? tree.head.exitance : Spectrum{0});
       sums.change2 += x.area * squared(luminance(rho * (now - was)));
-      sums.radiosity2 += x.area * squared(luminance(b));
+      if (a == 0) sums.change += x.area * std::abs(luminance(rho * (now - was)));
     }
     const Spectrum mean{e[0], e[1], e[2]};
     sums.flux_in += x.area * luminance(mean);

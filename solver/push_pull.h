@@ -32,7 +32,7 @@ struct Closing {
 
 struct PushPullSums {
   double change2 = 0;   // ∫ |ΔB|² dA over leaves, luminance
-  double radiosity2 = 0;  // ∫ |B|² dA
+  double change = 0;     // ∫ |ΔB| dA, of leaf means
   double flux_in = 0;   // ∫ E dA, luminance, lm
   double area = 0;      // m²
   Spectrum absorbed{0};  // ∫ (1-ρ) E dA

@@ -19,6 +19,12 @@ constexpr double kUnsure = 0.02;
 // From centre against mean of a parabola's four Gauss nodes to the root mean square of its misfit to a
 // plane: √(4/45) / (1/3).
 constexpr double kBowl = 0.894;
+// From the standard deviation of E over an element to how far below the mean its dark end lies: √3
+// for a slope across a square.
+constexpr double kDarkEnd = 1.73;
+
+// A source's leaf is cut in parts no smaller than this share of it.
+constexpr double kSmallestPart = 1.0 / 64;
 
 double squared(double x) { return x * x; }
 
@@ -72,6 +78,18 @@ double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
     sum += squared(at) / s.weight[l];
   }
   return std::sqrt(std::max(0.0, sum - squared(kernel.mean)));
+}
+
+// The least of the receiver's nodes' seen configuration factors.
+double darkest_row(const Kernel& kernel, VisibleMask visible) {
+  double least = 1;
+  for (int k = 0; k < kernel.rows; ++k) {
+    double row = 0;
+    for (int l = 0; l < kernel.columns; ++l)
+      if (visible & lane(k, l)) row += kernel.g[k][l];
+    least = std::min(least, row);
+  }
+  return least;
 }
 
 double seen_share(const Site& r, const Kernel& kernel, VisibleMask visible) {
@@ -167,12 +185,18 @@ Refiner::Source Refiner::make_source(const PatchView& patch, std::uint32_t index
   return s;
 }
 
-// What a unit of irradiance error on this element weighs.
-double Refiner::weight(std::int32_t receiver) const {
+// What a unit of irradiance error on this element weighs. Errors are relative to the light that is
+// there, at the element's dark end: a shadow's edge beside a lamp counts by its dark side.
+// arriving: lx, what the link itself brings at the least.
+double Refiner::weight(std::int32_t receiver, double arriving) const {
   const Element& x = tree_->elements[receiver];
-  const double* e = &tree_->e[std::size_t(receiver) * coefficient_count(tree_->order) * kChannels];
-  const double here = luminance({e[0], e[1], e[2]});
-  return std::sqrt(x.area / settings_.reference_area) / std::max(settings_.mean_irradiance, here);
+  const int k = coefficient_count(tree_->order);
+  const double* e = &tree_->e[std::size_t(receiver) * k * kChannels];
+  double here = luminance({e[0], e[1], e[2]}), slope2 = squared(x.detail);
+  for (int a = 1; a < k; ++a) slope2 += squared(luminance({e[3 * a], e[3 * a + 1], e[3 * a + 2]}));
+  here -= kDarkEnd * std::sqrt(slope2);
+  return std::sqrt(x.area / settings_.reference_area) /
+         std::max({settings_.mean_irradiance, here, arriving});
 }
 
 // 3(c) T = Tube(R, S, B(R, S)), here of a pair on its way down. [THFH94 §5.1]
@@ -190,9 +214,8 @@ Variety Refiner::look_through(Tube& tube, const Tube* parent, const Site& r, con
 
 void Refiner::descend(std::int32_t receiver, const Site& site, const Source& source,
                       const Tube* parent) {
-  const double w = weight(receiver);
   const double bound = source.radiosity * form_factor_bound(site, source.site);
-  if (bound * w < kThin * settings_.threshold) return thin_link(receiver, site, source);
+  if (bound * weight(receiver, 0) < kThin * settings_.threshold) return thin_link(receiver, site, source);
 
   const Kernel kernel = make_kernel(site, source.site);
   ++counters_.kernels;
@@ -218,7 +241,8 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
     }
   }
   const double error = std::sqrt(squared(seen_shape) + squared(shadow) + squared(variation));
-  if (error * w <= settings_.threshold)
+  const double arriving = source.radiosity * darkest_row(kernel, visible);
+  if (error * weight(receiver, arriving) <= settings_.threshold)
     return full_link(receiver, site, source, kernel, visible);
 
   const bool source_first =
@@ -254,7 +278,8 @@ bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Sour
     return true;
   }
   // A leaf is cut in parts for better quadrature only: links still lead to the leaf.
-  if (source.site.radius < settings_.min_edge) return false;
+  if (source.site.radius < settings_.min_edge || source.site.area < kSmallestPart * x.area)
+    return false;
   std::vector<Vec2> outline, parts[2];
   for (const Vec3& p : source.site.polygon()) outline.push_back(source.patch->head->frame.to_plane(p));
   halve(outline, parts[0], parts[1]);

@@ -88,7 +88,7 @@ class Refiner {
   void full_link(std::int32_t receiver, const Site& site, const Source& source,
                  const Kernel& kernel, VisibleMask visible);
   VisibleMask look(const Site& receiver, const Site& source, const Kernel& kernel);
-  double weight(std::int32_t receiver) const;
+  double weight(std::int32_t receiver, double arriving) const;
 
   RefineSettings settings_;
   Surroundings around_;

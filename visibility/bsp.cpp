@@ -13,7 +13,8 @@ namespace {
 // A plane is worth a split if what lies in it there has at least this area, as a share of the
 // scene's diagonal squared (0.25 m² in a building of 70 m), ...
 constexpr double kMinArea = 5e-5;
-// ... and covers this share of the node's section or has this area (4 m² in that building).
+// ... and covers this share of the node's section, or has this area (4 m² in that building), or
+// closes a section that is a strip: the hole of a stair parts a slab's inside from the air.
 constexpr double kMinCoverage = 0.3;
 constexpr double kLargeArea = 8e-4;
 // Score: coverage × area to this power. [facts: visibility, step 2]
@@ -120,9 +121,11 @@ class Builder {
       tally_[p] = {};
       if (covered < kMinArea * diagonal_ * diagonal_) continue;
       Polygon cut = section(planes_[p], faces);
-      if (cut.empty() || strip_width(cut) < kSliverTolerances * bsp_.tolerance) continue;
+      const double thin = cut.empty() ? 0 : strip_width(cut);
+      if (thin < kSliverTolerances * bsp_.tolerance) continue;
       const double coverage = std::min(1.0, covered / area(cut));
-      if (coverage < kMinCoverage && covered < kLargeArea * diagonal_ * diagonal_) continue;
+      const double large = std::min(kLargeArea * diagonal_ * diagonal_, thin * thin);
+      if (coverage < kMinCoverage && covered < large) continue;
       const double score = coverage * std::pow(covered, kAreaPower);
       if (score > best_score * (1 + kSameScore)) {
         best_score = score;

@@ -10,17 +10,13 @@
 
 #include "engine/model.h"
 #include "visibility/bsp.h"
+#include "visibility/cell_visibility.h"
 #include "visibility/portal.h"
 
 namespace atrium {
 
-// What of a cluster one cell has: a box along the subdivision's frame.
-struct ClusterInCell {
-  std::uint32_t cluster = 0, cell = 0;
-  Box box;  // in coordinates of Bsp::frame
-};
-
-Rows<ClusterId> find_visible(const Bsp& bsp, const std::vector<CellPortal>& portals,
-                             const Model& model, const std::vector<ClusterInCell>& places);
+// `model` has its patches and clusters; `places` says what of each cluster each lit cell has.
+Rows<ClusterId> find_visible(const Bsp& bsp, const std::vector<CellPortal>& lit_portals,
+                             const Model& model, std::vector<ClusterInCell> places);
 
 }  // namespace atrium

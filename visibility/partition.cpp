@@ -16,7 +16,7 @@ namespace {
 
 struct Space {
   Bsp bsp;
-  std::vector<CellPortal> portals;
+  std::vector<CellPortal> portals;  // between lit cells
   std::vector<bool> lit;
   Rooms rooms;
 };
@@ -57,6 +57,7 @@ Space divide_space(const Scene& scene) {
   space.bsp = build_bsp(scene);
   space.portals = find_portals(space.bsp);
   space.lit = flood(space.bsp.cells.size(), space.portals, cells_of_emitters(scene, space.bsp));
+  std::erase_if(space.portals, [&](const CellPortal& p) { return !space.lit[p.front]; });
   space.rooms = find_rooms(space.bsp, space.portals, space.lit);
   return space;
 }
@@ -243,7 +244,6 @@ void lay_out_space(const Space& space, Model& model) {
     model.cells.push_back(cell);
   }
   for (const CellPortal& p : space.portals) {
-    if (!space.lit[p.front]) continue;
     Portal portal;
     portal.a = CellId(p.front);
     portal.b = CellId(p.back);
@@ -295,12 +295,12 @@ Result<Model> partition(const Scene& scene, const PartitionOptions& options) {
   std::stable_sort(patches.begin(), patches.end(), [](const LoosePatch& a, const LoosePatch& b) {
     return std::tie(a.object.value, a.room, a.part) < std::tie(b.object.value, b.room, b.part);
   });
-  const std::vector<ClusterInCell> places = lay_out(patches, space.bsp, model);
+  std::vector<ClusterInCell> places = lay_out(patches, space.bsp, model);
   lay_out_space(space, model);
   for (const Patch& p : model.patches)
     model.contacts.push_row(p.inert ? std::vector<Contact>{}
                                     : find_contacts(scene, tree, model.polygon(p)));
-  model.visible = find_visible(space.bsp, space.portals, model, places);
+  model.visible = find_visible(space.bsp, space.portals, model, std::move(places));
   return model;
 }
 

@@ -11,9 +11,9 @@
 namespace atrium {
 namespace {
 
-// Clipper computes in whole numbers: this many to a tolerance, so that a scene's 7e6 tolerances
-// stay below the 2^30 up to which it is fast.
-constexpr double kUnitsPerTolerance = 64;
+// Clipper computes in whole numbers: the farthest coordinate is this many units, so that crossings
+// are exact to 1e-13 of it.
+constexpr double kLargestUnit = 17592186044416.0;  // 2^44
 // Of the tolerance: corners and necks of the difference that do not count.
 constexpr double kCleanShare = 0.25;
 
@@ -25,8 +25,8 @@ class Difference {
       : polygon_(polygon),
         others_(others),
         tolerance_(tolerance),
-        scale_(kUnitsPerTolerance / tolerance),
-        frame_(frame_for(plane_of(polygon), polygon)) {}
+        frame_(frame_for(plane_of(polygon), polygon)),
+        scale_(kLargestUnit / farthest()) {}
 
   std::vector<Polygon> pieces() {
     ClipperLib::Clipper clipper;
@@ -36,7 +36,7 @@ class Difference {
     if (!clipper.Execute(ClipperLib::ctDifference, rest, ClipperLib::pftNonZero,
                          ClipperLib::pftNonZero))
       return halved();
-    ClipperLib::CleanPolygons(rest, kCleanShare * kUnitsPerTolerance);
+    ClipperLib::CleanPolygons(rest, kCleanShare * tolerance_ * scale_);
     std::vector<Ring> loops;
     for (const ClipperLib::Path& p : rest)
       if (p.size() >= 3 && !narrow(p)) loops.push_back(ring(p));
@@ -56,6 +56,16 @@ class Difference {
   }
 
  private:
+  double farthest() const {
+    double most = 0;
+    const auto extend = [&](PolygonView p) {
+      for (const Vec3& x : p) most = std::max(most, length(frame_.to_plane(x)));
+    };
+    extend(polygon_);
+    for (const PolygonView& other : others_) extend(other);
+    return most;
+  }
+
   ClipperLib::Path path(PolygonView p) {
     ClipperLib::Path out;
     for (const Vec3& x : p) {
@@ -75,7 +85,7 @@ class Difference {
       y0 = std::min(y0, g.Y), y1 = std::max(y1, g.Y);
     }
     const double extent = std::hypot(static_cast<double>(x1 - x0), static_cast<double>(y1 - y0));
-    return 2 * std::abs(ClipperLib::Area(p)) <= kUnitsPerTolerance * extent;
+    return 2 * std::abs(ClipperLib::Area(p)) <= tolerance_ * scale_ * extent;
   }
 
   // A path's corners as numbers of `flat_`: outlines counter-clockwise, holes clockwise.
@@ -120,8 +130,9 @@ class Difference {
 
   const PolygonView polygon_;
   const std::span<const PolygonView> others_;
-  const double tolerance_, scale_;
+  const double tolerance_;
   const Frame frame_;
+  const double scale_;               // units a metre
   std::map<GridPoint, Vec3> known_;  // corners of the polygons given
   std::map<GridPoint, std::uint32_t> numbers_;
   std::vector<Vec2> flat_;

@@ -138,6 +138,13 @@ TEST(Options, ValuesOutOfRangeAreRefused) {
   }
 }
 
+TEST(Options, ModelTooBigForMemoryIsRefusedBeforeItIsMade) {
+  GenerateOptions o = kind("campus");
+  o.buildings = 500;
+  o.storeys = 100;
+  EXPECT_EQ(generate(o).status().code(), Code::kUsage);
+}
+
 TEST(Options, AlmostAllReflectingIsTakenAsItIs) {
   GenerateOptions o = kind("furnace");
   o.rho = .99999;

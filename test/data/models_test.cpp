@@ -119,6 +119,22 @@ TEST(Bigger, MoreRoomsAndStoreysGrowTheModelInProportion) {
   }
 }
 
+TEST(Bigger, AnyNumberOfRoomsFindsPlaceForItsDoors) {
+  std::uint64_t before = 0;
+  for (int rooms = 1; rooms < 250; rooms += 3) {
+    const GeneratedModel m = generated({.kind = "building",
+                                        .seed = static_cast<std::uint64_t>(rooms),
+                                        .storeys = 2,
+                                        .rooms = rooms});
+    std::uint64_t floors = 0;
+    for (const GeneratedGroup& g : m.groups) floors += g.name.ends_with("/floor");
+    // Two storeys, of which stairwells and atrium have one floor only.
+    EXPECT_GE(floors + 3, 2u * static_cast<std::uint64_t>(rooms));
+    EXPECT_GE(m.counts().clusters, before);
+    before = m.counts().clusters;
+  }
+}
+
 TEST(Bigger, SmallestStoreyAndTallestTowerAreSound) {
   for (const GenerateOptions& o : {GenerateOptions{.kind = "floor", .rooms = 1},
                                    GenerateOptions{.kind = "building", .storeys = 12, .rooms = 1},

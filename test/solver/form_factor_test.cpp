@@ -214,6 +214,21 @@ TEST(FormFactor, LongHingedStrips) {
   }
 }
 
+// Unit squares hinged almost flat: F goes with the square of what is missing to 180°, for the
+// kernel goes with both sines and the squares stay where they are.
+TEST(FormFactor, HingedAlmostFlat) {
+  const auto hinged = [](double missing) {
+    const double c = -std::cos(missing), s = std::sin(missing);
+    return Polygon{{0, 0, 0}, {0, 1, 0}, {c, 1, s}, {c, 0, s}};
+  };
+  const double limit = between(level(1, 1, 0), hinged(0.001)).f12 / (0.001 * 0.001);
+  for (const double missing : {1e-4, 1e-5}) {
+    const double f = between(level(1, 1, 0), hinged(missing)).f12;
+    expect_relative(f, limit * missing * missing, 1e-6);
+    expect_relative(between(hinged(missing), level(1, 1, 0)).f21, f, 1e-8);
+  }
+}
+
 // Squares in parallel planes one above the other's neighbourhood: F = ∫∫ of the kernel over the
 // offset's distribution, a tent in x and in y. Far and grazing, where the contour cancels.
 TEST(FormFactor, GrazingParallelSquares) {
