@@ -1,0 +1,226 @@
+// Coupling coefficients against form factors of whole polygons and against brute quadrature of the
+// kernel.
+#include "solver/coupling.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "solver/form_factor.h"
+#include "test/solver/trees.h"
+
+namespace atrium::testing {
+namespace {
+
+// coupling.cpp takes the kernel at the nodes where the source is farther than this many radii, as
+// being within a thousandth of the closed form there.
+constexpr double kThousandth = 1e-3;
+
+// The inside of a cube: six faces, normals inward.
+std::vector<Polygon> cube(double edge) {
+  const Vec3 x{edge, 0, 0}, y{0, edge, 0}, z{0, 0, edge}, o{0};
+  return {parallelogram(o, x, y), parallelogram(z, y, x), parallelogram(o, y, z),
+          parallelogram(x, z, y), parallelogram(o, z, x), parallelogram(y, x, z)};
+}
+
+// All leaves of some trees as sites.
+std::vector<Site> sites_of(const std::vector<PatchTree>& trees) {
+  std::vector<Site> sites;
+  for (const PatchTree& t : trees)
+    for (std::size_t i = 0; i < t.elements.size(); ++i)
+      if (t.elements[i].leaf()) sites.push_back(make_site(t.view(), i));
+  return sites;
+}
+
+std::vector<Site> cube_of_elements(double edge, std::size_t leaves_a_face) {
+  Patches patches(2);
+  for (const Polygon& face : cube(edge)) patches.add(face);
+  std::vector<PatchTree> trees = patches.trees();
+  for (PatchTree& t : trees) grow(t, 2 * leaves_a_face - 1);
+  return sites_of(trees);
+}
+
+double k00(const Site& r, const Site& s) {
+  float out[9];
+  couple(r, s, make_kernel(r, s), kAllVisible, 1, out);
+  return out[0];
+}
+
+// A row of a closed room sums to 1: every node's directions all end on some element.
+TEST(Coupling, RowsOfAClosedCubeSumToOne) {
+  for (const std::size_t leaves : {1u, 4u, 16u, 64u}) {
+    const std::vector<Site> sites = cube_of_elements(3, leaves);
+    ASSERT_EQ(sites.size(), 6 * leaves);
+    for (const Site& r : sites) {
+      double sum = 0;
+      for (const Site& s : sites) sum += k00(r, s);
+      EXPECT_NEAR(sum, 1, kThousandth) << leaves << " elements a face";
+    }
+  }
+}
+
+bool far_apart(const Site& a, const Site& b, double radii) {
+  return length(a.center - b.center) > radii * (a.radius + b.radius);
+}
+
+// A_r K00(r, s) = A_s K00(s, r). Where both ends are far from each other the sums are the same.
+TEST(Coupling, ReciprocalBetweenElementsOfACube) {
+  const std::vector<Site> sites = cube_of_elements(1, 16);
+  int far = 0;
+  for (const Site& r : sites)
+    for (const Site& s : sites) {
+      const double there = r.area * k00(r, s), back = s.area * k00(s, r);
+      // Both nodes' distances exceed 4 radii: two sums of the same 16 products, rounded to float.
+      if (far_apart(r, s, 3)) {
+        EXPECT_NEAR(there, back, 1e-6 * there);
+        far += there > 0;
+      } else if (far_apart(r, s, 1)) {
+        // Each is the mean of four exact values of a smooth function: Gauss's error.
+        EXPECT_NEAR(there, back, 0.01 * std::max(there, back));
+      } else {
+        // Elements that touch: the configuration factor falls steeply from the common edge.
+        EXPECT_NEAR(there, back, 0.12 * std::max(there, back));
+      }
+    }
+  EXPECT_GT(far, 100);
+}
+
+// Against the double integral, pair by pair.
+TEST(Coupling, EqualsTheFormFactorOfThePolygons) {
+  const std::vector<Site> sites = cube_of_elements(1, 16);
+  double far = 0, near = 0, touching = 0;
+  for (std::size_t i = 0; i < sites.size(); i += 3)
+    for (const Site& s : sites) {
+      const Site& r = sites[i];
+      const double k = k00(r, s);
+      if (dot(r.normal, s.center - r.center) < 1e-9 || dot(s.normal, r.center - s.center) < 1e-9) {
+        EXPECT_EQ(k, 0);
+        continue;
+      }
+      const double f = polygon_to_polygon(r.polygon(), s.polygon()).value().f12;
+      const double off = std::abs(k - f) / f;
+      double& worst = far_apart(r, s, 3) ? far : far_apart(r, s, 1) ? near : touching;
+      worst = std::max(worst, off);
+    }
+  EXPECT_LT(far, kThousandth);
+  EXPECT_LT(near, 0.02);
+  EXPECT_LT(touching, 0.12);
+}
+
+// One receiver node sees a source: the closed form where it is near, the nodes where it is far; at
+// the border between the two the nodes are good to a thousandth, from straight above and aslant.
+TEST(Coupling, NodesAreAsGoodAsTheClosedFormBeyondFourRadii) {
+  Patches patches(2);
+  const Polygon square = parallelogram({-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
+  const PatchId source = patches.add(square);
+  const double far = 4.05 * std::sqrt(2.0);
+  for (const double degrees : {0.0, 20.0, 40.0, 60.0}) {
+    const double a = degrees * std::numbers::pi / 180;
+    const Vec3 d{std::sin(a), 0, std::cos(a)};
+    const Vec3 u{0, 1e-4, 0}, v = 1e-4 * cross(-d, Vec3{0, 1, 0});
+    const PatchId receiver = patches.add(parallelogram(far * d, u, v));
+    const PatchTree r = patches.tree(receiver), s = patches.tree(source);
+    const Site rs = make_site(r.view(), 0), ss = make_site(s.view(), 0);
+    ASSERT_NEAR(length(rs.normal - (-d)), 0, 1e-9);
+    const double exact = point_to_polygon(rs.center, rs.normal, square);
+    EXPECT_NEAR(make_kernel(rs, ss).center, exact, kThousandth * exact) << degrees << " degrees";
+  }
+}
+
+// K_ab = (1/A_r) ∫∫ φa(x) φb(y) cosθ cosθ' / πr² dy dx, by 10^4 node pairs.
+TEST(Coupling, HigherCoefficientsEqualBruteQuadrature) {
+  Patches patches(2);
+  const PatchId r = patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1.2, 0}));
+  // Aslant above it, facing down.
+  const PatchId s = patches.add(parallelogram({.2, -.3, 2}, {0, 1, .3}, {1, .1, .4}));
+  const PatchTree tr = patches.tree(r), source = patches.tree(s);
+  const Site a = make_site(tr.view(), 0), b = make_site(source.view(), 0);
+  float k[9];
+  couple(a, b, make_kernel(a, b), kAllVisible, 2, k);
+  ASSERT_GT(k[0], 0.03);
+  const PatchView vr = tr.view(), vs = source.view();
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const auto at = [&](const Vec2& p) {
+        const Vec3 x = vr.point(p);
+        const double inner = integrate(vs.polygon(source.elements[0]), 1, [&](const Vec2& q) {
+          const Vec3 d = vs.point(q) - x;
+          const double c = dot(a.normal, d) * -dot(b.normal, d);
+          return c / (std::numbers::pi * std::pow(dot(d, d), 2)) *
+                 evaluate_basis(vs.basis_of(0), source.elements[0], 2, q)[j];
+        });
+        return inner * evaluate_basis(vr.basis_of(0), tr.elements[0], 2, p)[i];
+      };
+      const double expected = integrate(vr.polygon(tr.elements[0]), 1, at) / tr.elements[0].area;
+      EXPECT_NEAR(k[3 * i + j], expected, 0.005 * k[0]) << i << ", " << j;
+    }
+}
+
+TEST(Coupling, NothingFromBehindAndNothingWithinAPlane) {
+  Patches patches(2);
+  const PatchId floor = patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}));
+  const PatchId beside = patches.add(parallelogram({1, 0, 0}, {1, 0, 0}, {0, 1, 0}));
+  const PatchId below = patches.add(parallelogram({0, 0, -1}, {1, 0, 0}, {0, 1, 0}));
+  const PatchId turned_away = patches.add(parallelogram({0, 0, 1}, {1, 0, 0}, {0, 1, 0}));
+  const PatchTree r = patches.tree(floor);
+  const Site site = make_site(r.view(), 0);
+  for (const PatchId other : {beside, below, turned_away}) {
+    const PatchTree s = patches.tree(other);
+    EXPECT_EQ(k00(site, make_site(s.view(), 0)), 0);
+  }
+}
+
+// Visibility enters pair by pair: two complementary masks add up to all.
+TEST(Coupling, MasksAddUp) {
+  Patches patches(2);
+  const PatchTree r = patches.tree(patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0})));
+  const PatchTree s = patches.tree(patches.add(parallelogram({0, 0, 1}, {0, 1, 0}, {1, 0, 0})));
+  const Site a = make_site(r.view(), 0), b = make_site(s.view(), 0);
+  const Kernel kernel = make_kernel(a, b);
+  float all[9], none[9], some[9], rest[9];
+  couple(a, b, kernel, kAllVisible, 2, all);
+  couple(a, b, kernel, 0, 2, none);
+  constexpr VisibleMask kSome = 0x5a1c;
+  couple(a, b, kernel, kSome, 2, some);
+  couple(a, b, kernel, VisibleMask(~kSome), 2, rest);
+  EXPECT_GT(some[0], 0);
+  EXPECT_GT(rest[0], 0);
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_EQ(none[i], 0);
+    EXPECT_NEAR(some[i] + rest[i], all[i], 1e-6 * all[0]);
+  }
+}
+
+// A source cut in two sends what it sent whole, to the same basis functions of the whole.
+TEST(Coupling, PartsOfASourceAddUpToIt) {
+  Patches patches(2);
+  const PatchTree r = patches.tree(patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0})));
+  const PatchTree s = patches.tree(patches.add(parallelogram({0, 0, 3}, {0, 1, 0}, {1, 0, 0})));
+  const Site a = make_site(r.view(), 0), whole = make_site(s.view(), 0);
+  const std::span<const Vec2> o = s.view().polygon(s.elements[0]);
+  ASSERT_EQ(o.size(), 4u);
+  const Vec2 m = 0.5 * (o[0] + o[1]), n = 0.5 * (o[2] + o[3]);
+  const std::vector<Vec2> half1{o[0], m, n, o[3]}, half2{m, o[1], o[2], n};
+  float all[9], k1[9], k2[9];
+  couple(a, whole, make_kernel(a, whole), kAllVisible, 2, all);
+  const Site p1 = make_site(s.view(), 0, half1), p2 = make_site(s.view(), 0, half2);
+  EXPECT_NEAR(p1.area, 0.5, 1e-14);
+  couple(a, p1, make_kernel(a, p1), kAllVisible, 2, k1);
+  couple(a, p2, make_kernel(a, p2), kAllVisible, 2, k2);
+  for (int i = 0; i < 9; ++i) EXPECT_NEAR(k1[i] + k2[i], all[i], kThousandth * all[0]) << i;
+}
+
+// Coefficients are shares: a room of 1e-6 m or 1e6 m has those of one of a metre.
+TEST(Coupling, IndependentOfScale) {
+  const std::vector<Site> metre = cube_of_elements(1, 4);
+  for (const int exponent : {-20, 20}) {
+    const std::vector<Site> other = cube_of_elements(std::ldexp(1.0, exponent), 4);
+    ASSERT_EQ(other.size(), metre.size());
+    for (std::size_t r = 0; r < metre.size(); ++r)
+      for (std::size_t s = 0; s < metre.size(); ++s)
+        EXPECT_NEAR(k00(other[r], other[s]), k00(metre[r], metre[s]), 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace atrium::testing

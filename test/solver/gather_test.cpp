@@ -1,0 +1,120 @@
+// Gathering across links made by hand, against the sum written out.
+#include "solver/gather.h"
+
+#include <gtest/gtest.h>
+
+#include "test/solver/trees.h"
+
+namespace atrium::testing {
+namespace {
+
+// A source cluster of two patches; E of the second is a polynomial in two elements.
+class Gather : public ::testing::Test {
+ protected:
+  static constexpr int kOrder = 2, kK = 3;
+  static constexpr double kNoCap = 1e30;
+
+  Gather() : patches_(kOrder) {
+    patches_.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), {Spectrum{.5}, Spectrum{0}});
+    patches_.add(parallelogram({0, 0, 2}, {0, 1, 0}, {1, 0, 0}),
+                 {Spectrum{.2, .4, .8}, Spectrum{10, 20, 30}});
+    trees_ = patches_.trees();
+    grow(trees_[1], 3);
+    for (std::size_t i = 0; i < trees_[1].e.size(); ++i) trees_[1].e[i] = 1.0 + i;
+    record_.emplace(7, trees_);
+    receiver_ = trees_[0];
+    grow(receiver_, 3);
+    slots_.reset(receiver_.elements.size(), kK);
+  }
+
+  // B of coefficient b, channel c, of an element of the second patch.
+  double radiosity(std::size_t element, int b, int c) const {
+    const PatchTree& t = trees_[1];
+    return t.head.reflectance[c] * t.e[(element * kK + b) * kChannels + c] +
+           (b == 0 ? t.head.exitance[c] : 0);
+  }
+  double slot(std::size_t element, int a, int c) const {
+    return slots_.g[(element * kK + a) * kGatherChannels + c];
+  }
+  void run(const LinkSet& set, double cap) {
+    gather(set, record_->view(), kOrder, receiver_.elements, cap, slots_, mean_);
+  }
+
+  Patches patches_;
+  std::vector<PatchTree> trees_;
+  std::optional<Record> record_;
+  PatchTree receiver_;
+  GatherSlots slots_;
+  RowMean mean_;
+};
+
+TEST_F(Gather, LinkCarriesItsMatrixTimesRadiosity) {
+  LinkSet set;
+  set.links.push_back({1, 1, 2});
+  set.couplings = {.5f, .25f, -.125f, .0625f, .5f, 0, -.25f, 0, .125f};
+  run(set, kNoCap);
+  for (int a = 0; a < kK; ++a) {
+    for (int c = 0; c < kChannels; ++c) {
+      double expected = 0;
+      for (int b = 0; b < kK; ++b) expected += set.couplings[a * kK + b] * radiosity(2, b, c);
+      EXPECT_NEAR(slot(1, a, c), expected, 1e-12);
+    }
+    // Were every radiosity 1: the column of the source's mean.
+    EXPECT_EQ(slot(1, a, kRowSum), set.couplings[a * kK]);
+  }
+  for (const std::size_t other : {0u, 2u})
+    for (int a = 0; a < kK; ++a)
+      for (int c = 0; c < kGatherChannels; ++c) EXPECT_EQ(slot(other, a, c), 0);
+}
+
+TEST_F(Gather, LinksToOneElementAddUp) {
+  LinkSet one, two;
+  one.links.push_back({1, 1, 2});
+  one.couplings = {.5f, .25f, -.125f, .0625f, .5f, 0, -.25f, 0, .125f};
+  run(one, kNoCap);
+  const std::vector<double> once = slots_.g;
+  slots_.reset(receiver_.elements.size(), kK);
+  two = one;
+  two.links.push_back(one.links[0]);
+  two.couplings.insert(two.couplings.end(), one.couplings.begin(), one.couplings.end());
+  run(two, kNoCap);
+  for (std::size_t i = 0; i < once.size(); ++i) EXPECT_DOUBLE_EQ(slots_.g[i], 2 * once[i]);
+}
+
+TEST_F(Gather, ThinLinkCarriesMeansOnly) {
+  LinkSet set;
+  set.thin.push_back({{2, 1, 1}, 0.25f});
+  run(set, kNoCap);
+  for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(slot(2, 0, c), 0.25 * radiosity(1, 0, c), 1e-12);
+  EXPECT_EQ(slot(2, 0, kRowSum), 0.25);
+  for (int a = 1; a < kK; ++a)
+    for (int c = 0; c < kGatherChannels; ++c) EXPECT_EQ(slot(2, a, c), 0);
+}
+
+// Means are weighed by form factor and receiving area; a source above the cap counts with its
+// colour but not with its brightness.
+TEST_F(Gather, MeanRadiosityIsCapped) {
+  LinkSet set;
+  set.thin.push_back({{1, 1, 1}, 0.25f});
+  set.thin.push_back({{0, 1, 2}, 0.5f});
+  const double a1 = receiver_.elements[1].area, a0 = receiver_.elements[0].area;
+  const auto b = [&](std::size_t i) {
+    return Spectrum{radiosity(i, 0, 0), radiosity(i, 0, 1), radiosity(i, 0, 2)};
+  };
+  run(set, kNoCap);
+  EXPECT_NEAR(mean_.weight, .25 * a1 + .5 * a0, 1e-12);
+  const Spectrum expected = .25 * a1 * b(1) + .5 * a0 * b(2);
+  for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(mean_.light[c], expected[c], 1e-12);
+
+  mean_ = {};
+  const double cap = 0.5 * (luminance(b(1)) + luminance(b(2)));
+  run(set, cap);
+  const std::size_t bright = luminance(b(1)) > luminance(b(2)) ? 1 : 2;
+  const Spectrum capped = b(bright) * (cap / luminance(b(bright)));
+  const Spectrum with_cap =
+      .25 * a1 * (bright == 1 ? capped : b(1)) + .5 * a0 * (bright == 2 ? capped : b(2));
+  for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(mean_.light[c], with_cap[c], 1e-12);
+}
+
+}  // namespace
+}  // namespace atrium::testing

@@ -1,0 +1,277 @@
+// Push is exact, pull is the L2 projection, detail is what pull leaves out, and neither makes or
+// loses light.
+#include "solver/push_pull.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "test/solver/shapes.h"
+#include "test/solver/trees.h"
+
+namespace atrium::testing {
+namespace {
+
+constexpr int kOrders[] = {1, 2};
+
+PatchTree tree_of(const Shape& shape, int order, const Paint& paint = {}) {
+  Patches patches(order);
+  return patches.tree(patches.add(in_plane(shape.outline), paint));
+}
+
+void randomize(std::vector<double>& values, std::mt19937& dice) {
+  std::uniform_real_distribution<double> number(-1, 1);
+  for (double& v : values) v = number(dice);
+}
+
+double squared(double x) { return x * x; }
+
+// A shape of aspect a has basis functions that grow with a outside a few digits of it.
+double rounding(const Shape& s) { return 1e-12 + 1e-15 * s.aspect * s.aspect; }
+
+// Gathered light on every element of a tree, at random, and none in the row sums.
+GatherSlots random_slots(const PatchTree& tree, std::mt19937& dice) {
+  const int k = tree.view().k();
+  GatherSlots slots;
+  slots.reset(tree.elements.size(), k);
+  randomize(slots.g, dice);
+  return slots;
+}
+
+double gathered(const GatherSlots& slots, std::size_t element, int k, int a, int c) {
+  return slots.g[(element * k + a) * kGatherChannels + c];
+}
+
+TEST(HandDown, PolynomialReproducesItselfAtAnyPoint) {
+  std::mt19937 dice(3);
+  for (const int order : kOrders)
+    for (const Shape& shape : shapes()) {
+      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
+      PatchTree tree = tree_of(shape, order);
+      randomize(tree.e, dice);
+      grow(tree, 63);  // split_leaf hands E down
+      for (std::size_t i = 1; i < tree.elements.size(); ++i)
+        for (int c = 0; c < kChannels; ++c) {
+          const Vec2 p = point_of(tree.view().polygon(tree.elements[i]), dice);
+          EXPECT_NEAR(value_at(tree, i, p, c), value_at(tree, 0, p, c), 10 * rounding(shape));
+        }
+    }
+}
+
+// What arrives at the elements above a leaf and at the leaf itself adds up, point by point.
+TEST(PushPull, LeavesHoldTheSumOfWhatTheirAncestorsGathered) {
+  std::mt19937 dice(4);
+  for (const int order : kOrders)
+    for (const Shape& shape : shapes()) {
+      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
+      PatchTree tree = tree_of(shape, order);
+      grow(tree, 31);
+      const GatherSlots given = random_slots(tree, dice);
+      GatherSlots slots = given;
+      push_pull(tree, slots, {});
+      const PatchView v = tree.view();
+      for (std::size_t i = 0; i < tree.elements.size(); ++i) {
+        if (!tree.elements[i].leaf()) continue;
+        const Vec2 p = point_of(v.polygon(tree.elements[i]), dice);
+        for (int c = 0; c < kChannels; ++c) {
+          double sum = 0;
+          for (std::int32_t up = static_cast<std::int32_t>(i); up >= 0;
+               up = tree.elements[up].parent) {
+            const BasisValues phi = evaluate_basis(v.basis_of(up), tree.elements[up], order, p);
+            for (int a = 0; a < v.k(); ++a) sum += phi[a] * gathered(given, up, v.k(), a, c);
+          }
+          EXPECT_NEAR(value_at(tree, i, p, c), sum, 10 * rounding(shape));
+        }
+      }
+    }
+}
+
+// The best linear fit to a piecewise function over the whole outline, by normal equations in
+// (1, x, y) and elimination: nothing of it is shared with the solver.
+std::array<double, 3> least_squares(const PatchTree& tree, int k, int channel) {
+  const Element& root = tree.elements[0];
+  const auto monomial = [&](const Vec2& p, int i) {
+    const Vec2 t = (p - root.centroid) / root.radius;
+    return i == 0 ? 1.0 : t[i - 1];
+  };
+  double a[3][4] = {};
+  for (std::size_t n = 0; n < tree.elements.size(); ++n) {
+    if (!tree.elements[n].leaf()) continue;
+    const std::span<const Vec2> outline = tree.view().polygon(tree.elements[n]);
+    for (int i = 0; i < k; ++i) {
+      for (int j = 0; j < k; ++j)
+        a[i][j] +=
+            integrate(outline, 0, [&](const Vec2& p) { return monomial(p, i) * monomial(p, j); });
+      a[i][3] += integrate(outline, 0, [&](const Vec2& p) {
+        return monomial(p, i) * value_at(tree, n, p, channel);
+      });
+    }
+  }
+  for (int i = 0; i < k; ++i)
+    for (int r = i + 1; r < k; ++r) {
+      const double f = a[r][i] / a[i][i];
+      for (int j = i; j < 4; ++j) a[r][j] -= f * a[i][j];
+    }
+  std::array<double, 3> x{};
+  for (int i = k; i-- > 0;) {
+    x[i] = a[i][3];
+    for (int j = i + 1; j < k; ++j) x[i] -= a[i][j] * x[j];
+    x[i] /= a[i][i];
+  }
+  return x;
+}
+
+TEST(PushPull, PullIsTheLeastSquaresFit) {
+  std::mt19937 dice(5);
+  for (const int order : kOrders)
+    for (const Shape& shape : shapes()) {
+      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
+      PatchTree tree = tree_of(shape, order);
+      grow(tree, 31);
+      GatherSlots slots = random_slots(tree, dice);
+      push_pull(tree, slots, {});
+      const Element& root = tree.elements[0];
+      const int k = tree.view().k();
+      for (int c = 0; c < kChannels; ++c) {
+        const std::array<double, 3> fit = least_squares(tree, k, c);
+        for (const Vec2& p : tree.view().polygon(root)) {
+          const Vec2 t = (p - root.centroid) / root.radius;
+          const double expected = fit[0] + (k > 1 ? fit[1] * t.x + fit[2] * t.y : 0);
+          EXPECT_NEAR(value_at(tree, 0, p, c), expected, 100 * rounding(shape));
+        }
+      }
+    }
+}
+
+TEST(PushPull, DetailIsTheNormOfWhatThePullLeavesOut) {
+  std::mt19937 dice(6);
+  for (const int order : kOrders)
+    for (const Shape& shape : shapes()) {
+      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
+      PatchTree tree = tree_of(shape, order);
+      grow(tree, 31);
+      GatherSlots slots = random_slots(tree, dice);
+      push_pull(tree, slots, {});
+      const auto lum = [&](std::size_t i, const Vec2& p) {
+        return luminance(
+            {value_at(tree, i, p, 0), value_at(tree, i, p, 1), value_at(tree, i, p, 2)});
+      };
+      double rest2 = 0;
+      for (std::size_t n = 0; n < tree.elements.size(); ++n) {
+        if (!tree.elements[n].leaf()) continue;
+        EXPECT_EQ(tree.elements[n].detail, 0);
+        rest2 += integrate(tree.view().polygon(tree.elements[n]), 0,
+                           [&](const Vec2& p) { return squared(lum(n, p) - lum(0, p)); });
+      }
+      EXPECT_NEAR(tree.elements[0].detail, std::sqrt(rest2 / tree.elements[0].area),
+                  1e4 * rounding(shape));
+    }
+}
+
+// Constant over the patch: nothing is left out, whatever the tree.
+TEST(PushPull, UniformLightHasNoDetail) {
+  PatchTree tree = tree_of(shapes()[5], 2);
+  grow(tree, 63);
+  GatherSlots slots;
+  slots.reset(tree.elements.size(), tree.view().k());
+  for (int c = 0; c < kGatherChannels; ++c) slots.g[c] = 5;
+  push_pull(tree, slots, {});
+  // Rounding of a difference of squares: √ε × the value.
+  for (const Element& x : tree.elements) EXPECT_LT(x.detail, 5 * 1e-7);
+}
+
+TEST(PushPull, ConservesFlux) {
+  std::mt19937 dice(8);
+  for (const int order : kOrders)
+    for (const Shape& shape : shapes()) {
+      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
+      PatchTree tree = tree_of(shape, order);
+      grow(tree, 101);
+      const GatherSlots given = random_slots(tree, dice);
+      GatherSlots slots = given;
+      push_pull(tree, slots, {});
+      const PatchView v = tree.view();
+      for (int c = 0; c < kChannels; ++c) {
+        double arrived = 0, held = 0;
+        for (std::size_t i = 0; i < tree.elements.size(); ++i) {
+          const Element& x = tree.elements[i];
+          arrived += x.area * gathered(given, i, v.k(), 0, c);
+          if (x.leaf()) held += x.area * v.e_of(i)[c];
+        }
+        const double size = tree.elements[0].area;
+        EXPECT_NEAR(held, arrived, 10 * size * rounding(shape));
+        EXPECT_NEAR(size * v.e_of(0)[c], arrived, 10 * size * rounding(shape));
+      }
+    }
+}
+
+TEST(PushPull, SumsAreThoseOfTheLeaves) {
+  const Paint paint{Spectrum{.2, .5, .8}, Spectrum{1, 2, 3}};
+  PatchTree tree = tree_of(shapes()[3], 2, paint);  // unit square
+  grow(tree, 15);
+  GatherSlots slots;
+  slots.reset(tree.elements.size(), tree.view().k());
+  const Spectrum e{10, 20, 30};
+  for (int c = 0; c < kChannels; ++c) slots.g[c] = e[c];
+  const PushPullSums s = push_pull(tree, slots, {});
+  EXPECT_NEAR(s.area, 1, 1e-14);
+  EXPECT_NEAR(s.flux_in, luminance(e), 1e-12);
+  for (int c = 0; c < kChannels; ++c) {
+    EXPECT_NEAR(s.absorbed[c], (1 - paint.reflectance[c]) * e[c], 1e-12);
+    EXPECT_NEAR(s.reflected[c], paint.reflectance[c] * e[c], 1e-12);
+    EXPECT_NEAR(s.emitted[c], paint.exitance[c], 1e-12);
+  }
+  // From E = 0 to e: ΔB = ρe everywhere.
+  EXPECT_NEAR(s.change2, squared(luminance(paint.reflectance * e)), 1e-10);
+  EXPECT_NEAR(s.change, luminance(paint.reflectance * e), 1e-12);
+  slots.reset(tree.elements.size(), tree.view().k());
+  for (int c = 0; c < kChannels; ++c) slots.g[c] = e[c];
+  const PushPullSums again = push_pull(tree, slots, {});
+  EXPECT_NEAR(again.change2, 0, 1e-20);
+}
+
+TEST(Closing, MissingShareComesFromTheRoom) {
+  PatchTree tree = tree_of(shapes()[3], 1);
+  GatherSlots slots;
+  slots.reset(1, 1);
+  const Spectrum e{10, 20, 30}, room{100, 200, 400};
+  for (int c = 0; c < kChannels; ++c) slots.g[c] = e[c];
+  slots.g[kRowSum] = 0.9;
+  push_pull(tree, slots, {.closed = true, .mean_radiosity = room});
+  for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(tree.e[c], e[c] + 0.1 * room[c], 1e-12);
+}
+
+TEST(Closing, OpenRowsAreLeftAsTheyAre) {
+  PatchTree tree = tree_of(shapes()[3], 1);
+  GatherSlots slots;
+  slots.reset(1, 1);
+  slots.g = {10, 20, 30, 0.9};
+  push_pull(tree, slots, {.closed = false, .mean_radiosity = Spectrum{100}});
+  EXPECT_EQ(tree.e, (std::vector<double>{10, 20, 30}));
+}
+
+// In a furnace every source has the same B: whatever the row sums are, and however they vary over
+// the element, E = B once rows are closed.
+TEST(Closing, FurnaceIsUniformWhateverTheRowsAre) {
+  std::mt19937 dice(9);
+  for (const int order : kOrders)
+    for (const Shape& shape : shapes()) {
+      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
+      PatchTree tree = tree_of(shape, order);
+      grow(tree, 15);
+      GatherSlots slots = random_slots(tree, dice);
+      const Spectrum b{7, 5, 3};
+      const int k = tree.view().k();
+      for (std::size_t i = 0; i < tree.elements.size() * k; ++i)
+        for (int c = 0; c < kChannels; ++c)
+          slots.g[i * kGatherChannels + c] = b[c] * slots.g[i * kGatherChannels + kRowSum];
+      push_pull(tree, slots, {.closed = true, .mean_radiosity = b});
+      for (std::size_t i = 0; i < tree.elements.size(); ++i)
+        for (const Vec2& p : tree.view().polygon(tree.elements[i]))
+          for (int c = 0; c < kChannels; ++c)
+            EXPECT_NEAR(value_at(tree, i, p, c), b[c], 1000 * rounding(shape));
+    }
+}
+
+}  // namespace
+}  // namespace atrium::testing

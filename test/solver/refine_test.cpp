@@ -1,0 +1,270 @@
+// Refinement: what links carry in the end is the light that geometry lets through, each part of it
+// once, with nothing, something or all of it in the way.
+#include "solver/refine.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "solver/form_factor.h"
+#include "solver/gather.h"
+#include "test/solver/trees.h"
+
+namespace atrium::testing {
+namespace {
+
+constexpr double kNoCap = 1e30;
+
+// One source that sends 1 lm/m² to one receiver, blockers between.
+struct Transfer {
+  Polygon receiver, source;
+  std::vector<Polygon> blockers;
+  int order = 2;
+};
+
+struct Outcome {
+  PatchTree tree;  // of the receiver, after push-pull
+  LinkSet set;
+  RefineCounters counters;
+  double mean() const { return tree.e[0]; }  // E, which is the form factor
+};
+
+RefineSettings settings_of(double threshold) {
+  RefineSettings s;
+  s.threshold = threshold;
+  s.min_edge = 0.002;
+  s.tolerance = 1e-6;
+  return s;
+}
+
+Outcome carry_out(const Transfer& t, const RefineSettings& settings) {
+  Patches patches(t.order);
+  const PatchId r = patches.add(t.receiver);
+  std::vector<BlockerPolygon> blockers{{t.receiver, 0}, {t.source, 1}};
+  for (const Polygon& b : t.blockers)
+    blockers.push_back({b, static_cast<std::uint32_t>(blockers.size())});
+  patches.add(t.source, {Spectrum{0}, Spectrum{1}});
+  std::vector<PatchTree> trees = patches.trees();
+  std::vector<PatchTree> sources{trees[1]};
+  const Record record(0, sources);
+  const ClusterView view = record.view();
+  const SourceRoots roots(view);
+
+  const BlockerIndex index(blockers);
+  const RayScene rays(blockers);
+  Outcome o;
+  o.tree = trees[r.value];
+  Refiner refiner(settings, t.blockers.empty() ? Surroundings{} : Surroundings{&index, &rays});
+  refiner.link(o.tree, roots, o.set);
+  o.counters = refiner.counters();
+  GatherSlots slots;
+  slots.reset(o.tree.elements.size(), o.tree.view().k());
+  RowMean mean;
+  gather(o.set, view, t.order, o.tree.elements, kNoCap, slots, mean);
+  push_pull(o.tree, slots, {});
+  return o;
+}
+
+Polygon floor_square() { return parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}); }
+// Faces down at height h.
+Polygon ceiling_square(double h, double side = 1) {
+  const double o = 0.5 - side / 2;
+  return parallelogram({o, o, h}, {0, side, 0}, {side, 0, 0});
+}
+// Shares the floor's edge x = 0 and faces it.
+Polygon wall_square() { return parallelogram({0, 0, 0}, {0, 1, 0}, {0, 0, 1}); }
+
+double form_factor(const Polygon& a, const Polygon& b) {
+  return polygon_to_polygon(a, b).value().f12;
+}
+
+// The error that a link may make is threshold × the mean irradiance (1 here) over √(its area's
+// share): summed in squares over links of one receiver it stays of the order of the threshold.
+TEST(Refine, UnoccludedTransfersAreFormFactors) {
+  for (const int order : {1, 2})
+    for (const Transfer& t : {Transfer{floor_square(), ceiling_square(1), {}, order},
+                              Transfer{floor_square(), ceiling_square(0.3, 0.4), {}, order},
+                              Transfer{floor_square(), wall_square(), {}, order},
+                              Transfer{floor_square(), ceiling_square(5, 8), {}, order}}) {
+      const double exact = form_factor(t.receiver, t.source);
+      for (const double threshold : {0.02, 0.002}) {
+        const Outcome o = carry_out(t, settings_of(threshold));
+        EXPECT_NEAR(o.mean(), exact, threshold) << "order " << order;
+        EXPECT_GT(o.set.count(), 0u);
+      }
+    }
+}
+
+// Leaf by leaf: a hole or a doubling in the links would show on the leaves it concerns.
+TEST(Refine, EveryLeafReceivesItsOwnFormFactor) {
+  for (const Polygon& source : {ceiling_square(0.5), wall_square()}) {
+    const Transfer t{floor_square(), source, {}, 2};
+    const Outcome o = carry_out(t, settings_of(0.0005));
+    EXPECT_GT(o.tree.elements.size(), 10u);
+    for (std::size_t i = 0; i < o.tree.elements.size(); ++i) {
+      const Element& x = o.tree.elements[i];
+      if (!x.leaf()) continue;
+      Polygon leaf;
+      for (const Vec2& p : o.tree.view().polygon(x)) leaf.push_back(o.tree.view().point(p));
+      const double e = o.tree.view().e_of(i)[0];
+      // An error of 0.0005 weighed by √area, some of them to a leaf.
+      EXPECT_NEAR(e, form_factor(leaf, source), 5 * 0.0005 / std::sqrt(x.area)) << "leaf " << i;
+    }
+  }
+}
+
+std::size_t leaf_count(const PatchTree& tree) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(tree.elements, [](const Element& x) { return x.leaf(); }));
+}
+
+// Root mean square over the receiver of E less what `exact` says, point by point.
+template <class F>
+double rms_error(const PatchTree& tree, const F& exact) {
+  double sum2 = 0;
+  for (std::size_t i = 0; i < tree.elements.size(); ++i) {
+    if (!tree.elements[i].leaf()) continue;
+    sum2 += integrate(tree.view().polygon(tree.elements[i]), 2, [&](const Vec2& p) {
+      return std::pow(value_at(tree, i, p, 0) - exact(tree.view().point(p)), 2);
+    });
+  }
+  return std::sqrt(sum2 / tree.elements[0].area);
+}
+
+// A link's error times √(area) is below the threshold: over N leaves of 1 m² in all that makes
+// √N × threshold, root mean square.
+double allowed(const Outcome& o, double threshold) {
+  return std::sqrt(double(leaf_count(o.tree))) * threshold;
+}
+
+TEST(Refine, ErrorFollowsTheThreshold) {
+  const Transfer t{floor_square(), ceiling_square(0.5), {}, 2};
+  double last = 1;
+  for (const double threshold : {0.03, 0.01, 0.003, 0.001}) {
+    const Outcome o = carry_out(t, settings_of(threshold));
+    const double rms = rms_error(o.tree, [&](const Vec3& x) {
+      return point_to_polygon(x, {0, 0, 1}, t.source);
+    });
+    EXPECT_LT(rms, allowed(o, threshold));
+    EXPECT_LT(rms, last);
+    last = rms;
+  }
+}
+
+TEST(Refine, NothingPassesAWall) {
+  const Polygon wall = parallelogram({-5, -5, 0.5}, {11, 0, 0}, {0, 11, 0});
+  const Outcome o = carry_out({floor_square(), ceiling_square(1), {wall}, 2}, settings_of(0.001));
+  EXPECT_EQ(o.set.count(), 0u);
+  EXPECT_EQ(o.mean(), 0);
+}
+
+TEST(Refine, WhatStandsBesideDoesNotBlock) {
+  const Polygon beside = parallelogram({1.2, -5, 0.5}, {11, 0, 0}, {0, 11, 0});
+  const Transfer with{floor_square(), ceiling_square(1), {beside}, 2};
+  Transfer without = with;
+  without.blockers.clear();
+  const Outcome a = carry_out(with, settings_of(0.002)), b = carry_out(without, settings_of(0.002));
+  EXPECT_EQ(a.tree.e, b.tree.e);
+  EXPECT_EQ(a.counters.rays, 0u);  // a shaft shows it
+}
+
+// What a floor point sees of a ceiling rectangle past a smaller rectangle that hangs parallel to
+// it: the ceiling's part less what the other covers of it, seen from the point.
+double past_a_sheet(const Vec3& x, const Vec2& source_lo, const Vec2& source_hi, double height,
+                    const Vec2& sheet_lo, const Vec2& sheet_hi, double sheet_height) {
+  const double scale = height / sheet_height;
+  const auto project = [&](const Vec2& p) { return Vec2{x.x, x.y} + scale * (p - Vec2{x.x, x.y}); };
+  const Vec2 a = glm::max(source_lo, project(sheet_lo)), b = glm::min(source_hi, project(sheet_hi));
+  const auto facing_down = [&](const Vec2& lo, const Vec2& hi) {
+    return Polygon{
+        {lo.x, lo.y, height}, {lo.x, hi.y, height}, {hi.x, hi.y, height}, {hi.x, lo.y, height}};
+  };
+  const Vec3 up{0, 0, 1};
+  double c = point_to_polygon(x, up, facing_down(source_lo, source_hi));
+  if (a.x < b.x && a.y < b.y) c -= point_to_polygon(x, up, facing_down(a, b));
+  return c;
+}
+
+// The sheet's edges line up with none of the floor's halves or quarters, as chance has it.
+TEST(Refine, PenumbraOfASheetIsWhatProjectionSays) {
+  const Vec2 lo{0.25, 0.25}, hi{0.75, 0.75}, sheet_lo{0.117, 0.313}, sheet_hi{0.523, 0.871};
+  const double height = 1, sheet_height = 0.537;
+  const Transfer t{
+      floor_square(),
+      ceiling_square(height, 0.5),
+      {parallelogram({sheet_lo.x, sheet_lo.y, sheet_height}, {sheet_hi.x - sheet_lo.x, 0, 0},
+                     {0, sheet_hi.y - sheet_lo.y, 0})},
+      2};
+  const auto exact = [&](const Vec3& x) {
+    return past_a_sheet(x, lo, hi, height, sheet_lo, sheet_hi, sheet_height);
+  };
+  constexpr int kGrid = 64;
+  double mean = 0;
+  for (int i = 0; i < kGrid * kGrid; ++i)
+    mean += exact({(i % kGrid + .5) / kGrid, (i / kGrid + .5) / kGrid, 0}) / (kGrid * kGrid);
+  ASSERT_LT(mean, 0.8 * form_factor(t.receiver, t.source));  // the sheet hides a good part
+  double last = 1;
+  for (const double threshold : {0.03, 0.003, 0.001}) {
+    const Outcome o = carry_out(t, settings_of(threshold));
+    const double rms = rms_error(o.tree, exact);
+    EXPECT_NEAR(o.mean(), mean, threshold);
+    EXPECT_GT(o.counters.rays, 0u);
+    EXPECT_LT(rms, allowed(o, threshold));
+    EXPECT_LT(rms, last);
+    last = rms;
+  }
+}
+
+TEST(Refine, SameBitsEveryTime) {
+  const Transfer t{floor_square(),
+                   ceiling_square(1, 0.5),
+                   {parallelogram({0.1, 0.3, 0.5}, {0.4, 0, 0}, {0, 0.6, 0})},
+                   2};
+  const Outcome a = carry_out(t, settings_of(0.003)), b = carry_out(t, settings_of(0.003));
+  ASSERT_EQ(a.set.links.size(), b.set.links.size());
+  EXPECT_EQ(0, std::memcmp(a.set.links.data(), b.set.links.data(),
+                           a.set.links.size() * sizeof(LinkHead)));
+  EXPECT_EQ(a.set.couplings, b.set.couplings);
+  EXPECT_EQ(a.tree.e, b.tree.e);
+}
+
+// Two squares a hundred metres apart: their transfer is too weak to matter in shape, and still
+// there.
+TEST(Refine, WeakTransfersAreThinAndNotLost) {
+  const Polygon far = parallelogram({0, 0, 100}, {0, 1, 0}, {1, 0, 0});
+  const Transfer t{floor_square(), far, {}, 2};
+  const Outcome o = carry_out(t, settings_of(0.02));
+  EXPECT_EQ(o.set.links.size(), 0u);
+  EXPECT_EQ(o.set.thin.size(), 1u);
+  EXPECT_NEAR(o.mean(), form_factor(t.receiver, far), 1e-3 * o.mean());
+}
+
+TEST(Refine, InertSourcesAndThoseTurnedAwayAreNotLinked) {
+  Patches patches(2);
+  patches.add(floor_square());
+  patches.add(parallelogram({0, 0, 1}, {1, 0, 0}, {0, 1, 0}), {Spectrum{0}, Spectrum{1}});  // up
+  patches.add(ceiling_square(2), {Spectrum{0}, Spectrum{1}});
+  std::vector<PatchTree> trees = patches.trees();
+  trees[2].head.inert = 1;
+  const Record record(0, trees);
+  const ClusterView view = record.view();
+  const SourceRoots roots(view);
+  PatchTree receiver = trees[0];
+  Refiner refiner(settings_of(0.01), {});
+  LinkSet set;
+  refiner.link(receiver, roots, set);  // itself is in the cluster too
+  EXPECT_EQ(set.count(), 0u);
+}
+
+TEST(Refine, MinEdgeBoundsTheElements) {
+  RefineSettings s = settings_of(1e-5);
+  s.min_edge = 0.2;
+  const Outcome o = carry_out({floor_square(), wall_square(), {}, 2}, s);
+  EXPECT_GT(o.tree.elements.size(), 1u);
+  // A square is halved until the longer extent is below 0.4 m: 4 × 4 elements of 0.25 m.
+  EXPECT_LE(o.tree.elements.size(), 31u);
+}
+
+}  // namespace
+}  // namespace atrium::testing
