@@ -1,0 +1,137 @@
+#include "apps/report_json.h"
+
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+namespace atrium {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Names may hold bytes that are no UTF-8: they are replaced rather than refused.
+std::string document(const Json& json) {
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json number_or_null(double x) { return std::isnan(x) ? Json() : Json(x); }
+
+Json triple(const Vec3& v) { return Json::array({v.x, v.y, v.z}); }
+
+template <class Tag>
+Json id_number(const Id<Tag>& id) {
+  return id.valid() ? Json(id.value) : Json(-1);
+}
+
+Json left_out_json(const std::vector<LeftOut>& left_out) {
+  Json rows = Json::array();
+  for (const LeftOut& l : left_out) rows.push_back({{"feature", l.feature}, {"why", l.why}});
+  return rows;
+}
+
+}  // namespace
+
+std::string generated_json(const std::string& file, std::uint64_t clusters, std::uint64_t patches,
+                           std::uint64_t lights) {
+  return document(
+      {{"file", file}, {"clusters", clusters}, {"patches", patches}, {"lights", lights}});
+}
+
+std::string scene_json(const SceneReport& r) {
+  Json materials = Json::array(), warnings = Json::array();
+  for (const MaterialReport& m : r.materials)
+    materials.push_back({{"name", m.name},
+                         {"faces", m.faces},
+                         {"area", m.area},
+                         {"reflectance", triple(m.reflectance)},
+                         {"lumens", m.lumens}});
+  for (const Warning& w : r.warnings)
+    warnings.push_back({{"what", w.what}, {"count", w.count}, {"examples", w.examples}});
+  Json bounds;
+  if (!r.bounds.empty()) bounds = Json{{"min", triple(r.bounds.lo)}, {"max", triple(r.bounds.hi)}};
+  return document({{"files", r.files},
+                   {"polygons", r.polygons},
+                   {"patches", r.patches},
+                   {"clusters", r.clusters},
+                   {"lights", r.lights},
+                   {"materials", materials},
+                   {"bounds", bounds},
+                   {"area", r.area},
+                   {"lumens", r.lumens},
+                   {"warnings", warnings}});
+}
+
+std::string run_json(const Model& model) {
+  return document({{"patches", model.patches.size()},
+                   {"clusters", model.clusters.size()},
+                   {"cells", model.cells.size()},
+                   {"portals", model.portals.size()}});
+}
+
+std::string listed(const std::string& json) {
+  constexpr std::size_t kColumn = 28;
+  std::string lines;
+  const Json fields = Json::parse(json, nullptr, false);
+  if (!fields.is_object()) return json;
+  for (const auto& [name, value] : fields.items()) {
+    const std::size_t gap = name.size() < kColumn ? kColumn - name.size() : 1;
+    lines += name + std::string(gap, ' ') +
+             (value.is_string() ? value.get<std::string>() : value.dump()) + "\n";
+  }
+  return lines;
+}
+
+std::string plan_json(const Plan& plan) {
+  return document({{"patches", plan.patches},
+                   {"clusters", plan.clusters},
+                   {"cells", plan.cells},
+                   {"portals", plan.portals},
+                   {"rooms", plan.rooms},
+                   {"lights", plan.lights},
+                   {"visible_share", plan.visible_share},
+                   {"memory", plan.memory},
+                   {"arena", plan.arena},
+                   {"smallest_memory", plan.smallest_memory},
+                   {"smallest_arena", plan.smallest_arena},
+                   {"mean_irradiance_guess", plan.mean_irradiance_guess},
+                   {"min_edge", plan.min_edge},
+                   {"left_out", left_out_json(plan.left_out)},
+                   {"warnings", plan.warnings}});
+}
+
+std::string form_factor_json(double f12, double f21, double a1, double a2) {
+  return document({{"F12", number_or_null(f12)},
+                   {"F21", number_or_null(f21)},
+                   {"A1", number_or_null(a1)},
+                   {"A2", number_or_null(a2)}});
+}
+
+std::string probe_json(const std::vector<ProbePoint>& points,
+                       const std::vector<ProbeAnswer>& answers) {
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const ProbeAnswer& a = answers[i];
+    rows.push_back({{"point", triple(points[i].x)},
+                    {"normal", triple(points[i].normal)},
+                    {"E", triple(a.irradiance)},
+                    {"B", a.radiosity ? triple(*a.radiosity) : Json()},
+                    {"cluster", id_number(a.cluster)},
+                    {"cell", id_number(a.cell)}});
+  }
+  return document({{"points", rows}});
+}
+
+std::string picture_json(const std::string& file, int width, int height,
+                         std::optional<double> exposure_ev) {
+  return document({{"file", file},
+                   {"width", width},
+                   {"height", height},
+                   {"exposure", exposure_ev ? Json(*exposure_ev) : Json()}});
+}
+
+std::string export_json(const std::string& file, std::uint64_t bytes, std::uint64_t vertices,
+                        std::uint64_t faces) {
+  return document({{"file", file}, {"bytes", bytes}, {"vertices", vertices}, {"faces", faces}});
+}
+
+}  // namespace atrium

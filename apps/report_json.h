@@ -1,0 +1,34 @@
+// Reports as JSON: what --json prints. Each function returns one document, a newline behind it, its
+// keys in a fixed order.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/points.h"
+#include "engine/import/inspect.h"
+#include "engine/model.h"
+#include "scheduler/solve.h"
+
+namespace atrium {
+
+std::string generated_json(const std::string& file, std::uint64_t clusters, std::uint64_t patches,
+                           std::uint64_t lights);
+std::string scene_json(const SceneReport& report);
+// Of a run that has no summary yet.
+std::string run_json(const Model& model);
+// The fields of a JSON object, a line each, for people.
+std::string listed(const std::string& json);
+std::string plan_json(const Plan& plan);
+// F12, F21, A1, A2; NaN stands for null.
+std::string form_factor_json(double f12, double f21, double a1, double a2);
+std::string probe_json(const std::vector<ProbePoint>& points,
+                       const std::vector<ProbeAnswer>& answers);
+std::string picture_json(const std::string& file, int width, int height,
+                         std::optional<double> exposure_ev);
+std::string export_json(const std::string& file, std::uint64_t bytes, std::uint64_t vertices,
+                        std::uint64_t faces);
+
+}  // namespace atrium

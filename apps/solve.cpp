@@ -1,0 +1,76 @@
+// atrium solve SCENE -o RUN: the main job.
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <memory>
+
+#include "apps/solve_options.h"
+#include "engine/quantity.h"
+
+namespace atrium {
+namespace {
+
+std::string progress_text(const Progress& p) {
+  std::string text = format_time(p.seconds) + "  iteration " + std::to_string(p.iteration) + "  " +
+                     std::to_string(p.gathered) + "/" + std::to_string(p.clusters) + " clusters  " +
+                     std::to_string(p.elements) + " elements  " + std::to_string(p.links) +
+                     " links";
+  if (p.residual > 0) text += "  residual " + format_share(p.residual);
+  if (p.eta_seconds >= 0) text += "  " + format_time(p.eta_seconds) + " left";
+  return text;
+}
+
+void say_summary(const SolveSummary& s, const std::string& run, Console& console) {
+  console.say(run + ": " + s.stop_reason);
+  console.say("  " + std::to_string(s.iterations) + " iterations in " +
+              format_time(s.total_seconds) + ", " + std::to_string(s.elements) + " elements, " +
+              std::to_string(s.links) + " links, residual " + format_share(s.residual));
+  console.say("  largest working set " + format_size(s.max_working_set_bytes) + " of " +
+              format_size(s.total_data_bytes) + " in all, hit ratio " + format_share(s.hit_ratio) +
+              ", peak memory " + format_size(s.peak_rss_bytes));
+  if (s.error_true >= 0) console.say("  true error " + format_share(s.error_true));
+  for (const LeftOut& l : s.left_out) console.detail("  left out " + l.feature + ": " + l.why);
+}
+
+// The summary as the run directory holds it.
+Result<std::string> summary_text(const std::string& run) {
+  const std::string path = run + "/summary.json";
+  std::ifstream in(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  if (!in || text.empty())
+    return Status(Code::kStore, path, "", "could not be read", "see that the disk has room");
+  return text;
+}
+
+Result<int> run_solve(SolveOptions& options, const Global& global, Console& console) {
+  if (options.run_directory.empty())
+    return usage_error("solve needs -o RUN", "name the run directory to make");
+  options.threads = global.threads;
+  const Result<SolveSummary> summary = solve(
+      options,
+      [&](const Progress& p) { console.progress(p.seconds, [&] { return progress_text(p); }); },
+      [&](const std::string& line) { console.detail(line); });
+  if (!summary.ok()) return summary.status();
+  say_summary(*summary, options.run_directory, console);
+  if (global.json) {
+    const Result<std::string> text = summary_text(options.run_directory);
+    if (!text.ok()) return text.status();
+    std::cout << *text;
+  }
+  return summary->exit_code;
+}
+
+}  // namespace
+
+Command solve_command() {
+  auto options = std::make_shared<SolveOptions>();
+  Command command{"solve", "compute the light in a scene", {}, {}};
+  add_solve_options(command.options, *options);
+  command.options.output("the run directory to make", options->run_directory);
+  command.run = [options](const Global& global, Console& console) {
+    return run_solve(*options, global, console);
+  };
+  return command;
+}
+
+}  // namespace atrium

@@ -1,0 +1,58 @@
+#include "apps/solve_options.h"
+
+#include <sstream>
+
+#include "engine/element.h"
+#include "engine/quantity.h"
+#include "pagestore/policy.h"
+#include "scheduler/order.h"
+
+namespace atrium {
+namespace {
+
+Status set_error(const std::string& text, double& error) {
+  const Result<double> share = parse_share(text);
+  if (!share.ok()) return share.status();
+  if (*share <= 0) return usage_error("an error of nothing is never reached", "write 2% or 0.02");
+  error = *share;
+  return {};
+}
+
+// "FEATURE,FEATURE": which features there are, the plan knows.
+Status add_features(const std::string& text, std::vector<std::string>& features) {
+  std::istringstream words(text);
+  for (std::string word; std::getline(words, word, ',');) {
+    if (word.empty()) return usage_error("a feature without a name", "write FEATURE,FEATURE");
+    features.push_back(word);
+  }
+  return {};
+}
+
+}  // namespace
+
+void add_solve_options(OptionSet& o, SolveOptions& s) {
+  o.argument("SCENE", "one or more files: .obj, .gltf, .glb", 1, kMostFiles, s.scene.files);
+  add_scene_options(o, s.scene);
+  o.size("memory", "of everything that depends on the scene", s.memory);
+  o.size("arena", "the page cache's share of the memory", s.arena);
+  o.custom("error", "how exact: refinement and the end of the solve go by it (2%)", "SHARE",
+           [&s](const std::string& text) { return set_error(text, s.error); });
+  o.number("residual", "stop only when the relative residual is below this too", 0, 1, s.residual);
+  o.count("iterations", "complete gathers at most", 1, UINT64_MAX,
+          [&s](std::uint64_t n) { s.iterations = n; });
+  o.time("time-limit", "keep what is there after so long", s.time_limit);
+  o.length("min-edge", "the smallest element's edge", s.min_edge);
+  o.choice("order", "in which clusters are gathered to", order_names(), s.order);
+  o.choice("policy", "which record leaves the page cache", policy_names(), s.policy);
+  o.count("basis", "of an element: 1 constant, 2 linear", 1, kMaxOrder,
+          [&s](std::uint64_t n) { s.basis = static_cast<int>(n); });
+  o.choice("links", "what becomes of links between iterations", {"keep", "discard", "auto"},
+           s.links);
+  o.count("seed", "of the random order and of sample points", 0, UINT64_MAX,
+          [&s](std::uint64_t n) { s.seed = n; });
+  o.text("reference", "points with known irradiance: history holds the true error", s.reference);
+  o.custom("force", "switch on what the plan left out", "FEATURE,...",
+           [&s](const std::string& text) { return add_features(text, s.force); });
+}
+
+}  // namespace atrium
