@@ -73,7 +73,7 @@ TEST(Crash, AgainAndAgainInOneRun) {
 
 // A store's making is cut short, made again, and then the power goes at once.
 TEST(Crash, WhatCreateReturnedIsDurableThoughAnEarlierAttemptWasCutShort) {
-  constexpr std::uint64_t kTearings = 20;
+  constexpr std::uint64_t kTearings = 60;
   SimulatedDisk whole;
   ASSERT_OK(SimulatedRun(whole, 1).create());
   for (std::uint64_t n = 0; n < whole.calls; ++n)

@@ -76,8 +76,9 @@ TEST(DiskFault, FailedCheckpointsLeakNoSpace) {
   ASSERT_OK(store->create_record(cluster(0), filled(100'000, 0)));
   ASSERT_OK(store->checkpoint({}));
   const std::uint64_t before = store->file_bytes();
-  constexpr std::uint64_t kWrites = 3;  // the record, the directory, the state
-  for (std::uint64_t i = 0; i < 300; ++i) {
+  constexpr std::uint64_t kWrites = 3;      // the record, the directory, the state
+  constexpr std::uint64_t kFailures = 900;  // 300 of each: more than a segment has granules
+  for (std::uint64_t i = 0; i < kFailures; ++i) {
     (*store->edit(cluster(0))).bytes()[0] = static_cast<std::byte>(i);
     std::uint64_t left = i % kWrites;
     disk.fault = [&left](std::uint64_t, const std::string& call) {

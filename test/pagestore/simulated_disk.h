@@ -90,7 +90,8 @@ class SimulatedDisk final : public Disk {
 
   Status sync_directory(const std::string& path) override {
     if (next("sync_directory") != Fault::kNone) return failure(path, "sync_directory");
-    for (auto& [name, file] : files) file.name_durable = true;
+    for (auto& [name, file] : files)
+      if (name.starts_with(path + "/")) file.name_durable = true;
     return {};
   }
 
