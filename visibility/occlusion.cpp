@@ -24,6 +24,9 @@ constexpr float kBlocked = -kInfinity;  // what Embree sets tfar to
 // the decision is double's.
 constexpr double kFloatMargin = 0.5;
 
+// An end lies in a plane if nearer to it than this many roundings of the largest coordinate.
+constexpr double kPlaneRoundings = 64;
+
 struct Segment {
   Vec3 from, along;  // m; the point at t is from + t * along
   double tnear, tfar;
@@ -58,6 +61,7 @@ struct RayScene::Impl {
   Vec3 origin{0};
   double scale = 1;       // a power of two
   double end_shrink = 0;  // m, of the scene's extent
+  double in_plane = 0;    // m, that rounding alone may put a point off its plane
   std::vector<Face> faces;
   std::vector<std::uint32_t> face_of_triangle;
 
@@ -76,7 +80,7 @@ struct RayScene::Impl {
   RTCRay embree_segment(const Segment& segment) const;
   RTCRay embree_ray(const Segment& ray) const;
   Hit hit(const Segment& ray, std::uint32_t triangle) const;
-  static double crossing(const Segment& segment, const Plane& plane);
+  bool crosses(const Segment& segment, const Plane& plane) const;
   static void keep_true_crossings(const RTCFilterFunctionNArguments* arguments);
 };
 
@@ -95,6 +99,9 @@ RayScene::Impl::Impl(std::span<const BlockerPolygon> polygons) {
     origin = box.center();
     if (extent > 0) scale = std::ldexp(1.0, -std::ilogb(extent));
     end_shrink = kEndShrink * extent;
+    const Vec3 far = glm::max(glm::abs(box.lo), glm::abs(box.hi));
+    in_plane =
+        kPlaneRoundings * std::numeric_limits<double>::epsilon() * std::max({far.x, far.y, far.z});
   }
 
   // A device each: it counts this scene's memory. It must not be told its number of threads, for
@@ -153,14 +160,19 @@ Segment RayScene::Impl::ray(const Vec3& from, const Vec3& direction, double tnea
   return {from, direction / l, tnear, std::numeric_limits<double>::infinity()};
 }
 
-// Where the segment meets the plane, NaN if it runs along it.
-double RayScene::Impl::crossing(const Segment& segment, const Plane& plane) {
-  return -plane.distance(segment.from) / dot(plane.normal, segment.along);
+// Does it cross the plane between its near and far limits? Not if an end lies in the plane: where
+// all of it does, rounding would put the crossing anywhere.
+bool RayScene::Impl::crosses(const Segment& segment, const Plane& plane) const {
+  const double start = plane.distance(segment.from), slope = dot(plane.normal, segment.along);
+  if (std::abs(start) <= in_plane) return false;
+  if (std::isfinite(segment.tfar) && std::abs(start + slope) <= in_plane) return false;
+  const double t = -start / slope;
+  return t >= segment.tnear && t <= segment.tfar;
 }
 
 Hit RayScene::Impl::hit(const Segment& ray, std::uint32_t triangle) const {
   const Face& f = face(triangle);
-  const double t = crossing(ray, f.plane);
+  const double t = -f.plane.distance(ray.from) / dot(f.plane.normal, ray.along);
   return {f.id, t, ray.from + t * ray.along, f.plane.normal};
 }
 
@@ -171,8 +183,8 @@ void RayScene::Impl::keep_true_crossings(const RTCFilterFunctionNArguments* argu
   for (unsigned i = 0; i < n; ++i) {
     if (arguments->valid[i] == 0) continue;
     const Segment& s = segments[RTCRayN_id(arguments->ray, n, i)];
-    const double t = crossing(s, self.face(RTCHitN_primID(arguments->hit, n, i)).plane);
-    if (!(t >= s.tnear && t <= s.tfar)) arguments->valid[i] = 0;
+    if (!self.crosses(s, self.face(RTCHitN_primID(arguments->hit, n, i)).plane))
+      arguments->valid[i] = 0;
   }
 }
 

@@ -6,7 +6,8 @@
 //     power of two to an extent in [1, 2) first, so that 1e6 m off the origin or rooms of 1e-6 m
 //     lose nothing they had.
 //  2. A hit that float reports is held against the polygon's plane in double. So a segment is never
-//     blocked by the plane its end lies in, however flat it leaves it, and t is good to double.
+//     blocked by a polygon in whose plane it starts or ends, however flat it leaves it, a ray never
+//     hits one in whose plane it starts, and t is good to double.
 //  3. The same polygons in the same order give the same answers for any number of threads, and the
 //     scene is built by the calling thread alone.
 // Immutable once built; any number of threads may query.

@@ -173,7 +173,8 @@ TEST(RayScene, ConvexEmptyRoomBlocksNothing) {
     for (const Vec3& x : b.polygon) p.push_back(x.x * u + x.y * v + x.z * w);
     turned.push_back(p);
   }
-  const auto walls = Soup{turned}.blockers();
+  const Soup turned_room{turned};
+  const auto walls = turned_room.blockers();
   const RayScene scene(walls);
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(0, 1);
