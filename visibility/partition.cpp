@@ -71,55 +71,43 @@ std::uint32_t main_room(const PatchPiece& piece, const Rooms& rooms) {
       ->first;
 }
 
-// Does another surface count on this side of the piece? Then it covers the piece there: overlaps
-// are resolved to whole pieces, so one point of it tells.
+// What a convex polygon leaves of convex pieces in its plane.
+std::vector<Polygon> subtract(std::vector<Polygon> pieces, PolygonView hole, const Vec3& normal,
+                              double tolerance) {
+  std::vector<Polygon> left;
+  for (std::size_t i = 0; i < hole.size() && !pieces.empty(); ++i) {
+    const Vec3 edge = hole[(i + 1) % hole.size()] - hole[i];
+    if (!(length(edge) > 0)) continue;
+    const Vec3 outward = normalize(cross(edge, normal));
+    std::vector<Polygon> inside;
+    for (const Polygon& piece : pieces) {
+      Split parts = split(piece, {outward, dot(outward, hole[i])}, tolerance);
+      if (!parts.front.empty()) left.push_back(std::move(parts.front));
+      if (!parts.back.empty()) inside.push_back(std::move(parts.back));
+    }
+    pieces = std::move(inside);
+  }
+  return left;
+}
+
+// Do other surfaces count on this side of the whole piece? Then the piece is nothing there.
 bool covered(const Scene& scene, const BoxTree& tree, std::uint32_t own, const Polygon& piece) {
-  const Vec3 x = centroid(piece), side = plane_of(piece).normal;
-  Box near;
-  near.extend(x - Vec3{scene.tolerance});
-  near.extend(x + Vec3{scene.tolerance});
-  bool found = false;
-  tree.visit(near, [&](std::uint32_t i) {
+  const Vec3 side = plane_of(piece).normal;
+  std::vector<Polygon> left{piece};
+  tree.visit(bounds(piece), [&](std::uint32_t i) {
     const Surface& s = scene.surfaces[i];
     const PolygonView polygon = scene.polygon(s);
     const Plane plane = plane_of(polygon);
-    if (i == own || std::abs(plane.distance(x)) > scene.tolerance) return;
     const Sides here = dot(plane.normal, side) > 0 ? kFront : kBack;
-    const bool parallel = std::all_of(piece.begin(), piece.end(), [&](const Vec3& v) {
-      return std::abs(plane.distance(v)) <= kSliverTolerances * scene.tolerance;
+    if (i == own || !(s.sides & here)) return;
+    const bool coplanar = std::all_of(piece.begin(), piece.end(), [&](const Vec3& x) {
+      return std::abs(plane.distance(x)) <= kSliverTolerances * scene.tolerance;
     });
-    found |= (s.sides & here) && parallel && contains(polygon, plane.normal, x, scene.tolerance);
+    if (coplanar) left = subtract(std::move(left), polygon, plane.normal, scene.tolerance);
   });
-  return found;
-}
-
-// Adds a patch, cut along chords until no part has more corners than a patch may.
-void add_patch(LoosePatch loose, double tolerance, std::vector<LoosePatch>& out) {
-  const Polygon polygon = loose.piece.polygon;
-  if (polygon.size() <= kMaxPatchVertices) {
-    out.push_back(std::move(loose));
-    return;
-  }
-  const std::size_t middle = polygon.size() / 2;
-  const Vec3 chord = polygon[middle] - polygon[0];
-  const Vec3 n = normalize(cross(plane_of(polygon).normal, chord));
-  const Plane left{n, dot(n, polygon[0])};
-  const auto part = [&](Polygon corners, const Plane& keep) {
-    LoosePatch half = loose;
-    half.piece.polygon = std::move(corners);
-    half.piece.pieces.clear();
-    for (const CellPiece& c : loose.piece.pieces) {
-      CellPiece kept = c;
-      kept.polygon = clip(c.polygon, keep, tolerance);
-      if (!kept.polygon.empty()) half.piece.pieces.push_back(std::move(kept));
-    }
-    add_patch(std::move(half), tolerance, out);
-  };
-  const auto first = polygon.begin(), at = first + static_cast<std::ptrdiff_t>(middle);
-  part(Polygon(first, at + 1), left.flipped());
-  Polygon rest(at, polygon.end());
-  rest.push_back(polygon[0]);
-  part(std::move(rest), left);
+  return std::all_of(left.begin(), left.end(), [&](const Polygon& rest) {
+    return strip_width(rest) < kSliverTolerances * scene.tolerance;
+  });
 }
 
 std::vector<LoosePatch> find_patches(const Scene& scene, const Space& space, const BoxTree& tree,

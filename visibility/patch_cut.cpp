@@ -13,9 +13,8 @@ namespace {
 // that is more than a touch will do.
 constexpr double kWallOfCut = 0.5;
 constexpr double kTouchOfCut = 1e-3;
-// A patch within one room stays whole if this share of it is lit: what stands on the rest is
-// furniture, and contacts tell where.
-constexpr double kLitShare = 0.5;
+// All of a patch counts as lit if no more than this share of it is not.
+constexpr double kDarkShare = 1e-6;
 
 struct SharedEdge {
   std::size_t front, back;  // the edges' first vertices in either polygon
@@ -71,7 +70,7 @@ class Cutter {
     return front;
   }
 
-  // All of the polygon as one piece, if it lies in one room, is lit for the most part, and no wall
+  // All of the polygon as one piece, if it lies in one room, is lit throughout, and no wall
   // stands on the cut.
   std::optional<PatchPiece> keep_whole(const BspNode& node, const Polygon& polygon,
                                        const std::vector<PatchPiece>& front,
@@ -83,7 +82,7 @@ class Cutter {
     if (!in_one_room(whole)) return {};
     double lit = 0;
     for (const CellPiece& piece : whole.pieces) lit += area(piece.polygon);
-    if (lit < kLitShare * area(polygon)) return {};
+    if (lit < (1 - kDarkShare) * area(polygon)) return {};
     const Polygon part = clip(polygon, node.plane, bsp_.tolerance);
     const std::optional<std::size_t> edge = edge_in(node.plane, part);
     if (!edge) return {};

@@ -2,11 +2,10 @@
 // nowhere else, so that no element reaches into the next room and few, large patches remain.
 //
 // Invariants:
-//  1. The pieces of a side are convex, do not overlap, and hold all of it that faces lit cells, but
-//     for slivers. A piece may hold dark parts too, if most of it is lit and within one room: a
-//     floor is not cut around each crate that stands on it.
-//  2. A side within one room is one piece with the surface's own vertices, however many cells it
-//     borders, unless a wall stands on most of a cut.
+//  1. The pieces of a side are convex, do not overlap, and are what of it faces lit cells, but for
+//     slivers: nothing of a patch lies in the dark, where no blocker would be known.
+//  2. A side that is lit throughout and within one room is one piece with the surface's own
+//     vertices, however many cells it borders, unless a wall stands on most of a cut.
 // Pure; safe from any thread.
 #pragma once
 

@@ -132,7 +132,7 @@ class SegmentJudge {
     if (!listed(patch, other)) miss("joins", patch, x, y, report);
   }
 
-  // Some patch lies where the segment is blocked, faces its start, and is listed.
+  // Some patch that lies where the segment is blocked is listed; patches block from both sides.
   void expect_blocker(std::uint32_t patch, const Hit& hit, const Vec3& x, const Vec3& y,
                       SegmentReport& report) const {
     const Vec3 z = x + hit.t * (y - x);
@@ -144,7 +144,7 @@ class SegmentJudge {
       for (std::uint32_t q : patches_of_[i]) {
         const Patch& other = model_.patches[q];
         const Plane facing = plane(q);
-        found |= facing.distance(x) > 0 && std::abs(facing.distance(z)) <= near_ &&
+        found |= std::abs(facing.distance(z)) <= near_ &&
                  contains(model_.polygon(other), facing.normal, z, near_) &&
                  listed(patch, other.cluster);
       }

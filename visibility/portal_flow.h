@@ -1,0 +1,107 @@
+// Portal flow: what can be seen from a convex source through sequences of portals. [Teller 92]
+// Sight spreads outward from the source, nearest portal first; each portal keeps one convex window
+// of what is seen of it, which grows as more sequences arrive; planes that separate the source from
+// a window bound what is seen beyond it.
+//
+// Invariants:
+//  1. Conservative: what a straight line from the source reaches through open portals lies within
+//     the reported planes of some reached window. Windows only err by being too large.
+//  2. A portal is expanded at most kMostVisits times, the last time as a whole, so the work is
+//     bounded by the graph; past `most_steps` sight is no longer narrowed, only flooded.
+//  3. The result depends on the graph and the source alone.
+// A graph is immutable; a flow is scratch for one thread.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "visibility/bsp.h"
+#include "visibility/portal.h"
+
+namespace atrium {
+
+// A convex solid, polygon or box, by what its tangent planes need.
+struct ConvexSource {
+  std::vector<Vec3> vertices;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+};
+ConvexSource source_of(PolygonView polygon);
+// A box in coordinates of the frame; flat where its extent is below `tolerance`.
+ConvexSource source_of(const Frame& frame, const Box& box, double tolerance);
+
+// A portal passed in one direction.
+struct DirectedPortal {
+  Polygon polygon;  // counter-clockwise about the plane's normal
+  Plane plane;      // its normal along the passage
+  std::uint32_t from = 0, to = 0;
+};
+
+// Portal i passed from front to back is 2i, the other way 2i + 1.
+struct PortalGraph {
+  std::vector<DirectedPortal> portals;
+  std::vector<std::vector<std::uint32_t>> out_of;  // directed portals by the cell they leave
+  double tolerance = 0;
+};
+PortalGraph make_graph(const Bsp& bsp, const std::vector<CellPortal>& portals);
+
+// Part of a cell that is seen: what lies on or before all of the planes.
+struct SeenSpace {
+  std::uint32_t cell = 0;
+  std::span<const Plane> planes;
+};
+
+class PortalFlow {
+ public:
+  explicit PortalFlow(const PortalGraph& graph);
+
+  // From all points of a source in a cell; or of a portal, into the cell beyond it. Afterwards
+  // each_seen reports what was reached, the start's own cell left out.
+  void run_from_cell(const ConvexSource& source, std::uint32_t cell, std::size_t most_steps);
+  void run_through(std::uint32_t portal, std::size_t most_steps);
+
+  template <class Visit>
+  void each_seen(Visit&& visit) {
+    for (std::uint32_t portal : reached_) {
+      bounding_planes(portal);
+      visit(SeenSpace{graph_.portals[portal].to, planes_});
+    }
+  }
+  bool flooded() const { return flooded_; }
+
+ private:
+  static constexpr std::uint32_t kNone = ~0u;
+  static constexpr std::uint8_t kMostVisits = 3;
+
+  struct Window {
+    std::uint32_t run = 0;  // of which this window is
+    std::uint8_t visits = 0;
+    bool queued = false;
+    Polygon polygon;
+  };
+  struct Waiting {
+    double distance;
+    std::uint32_t portal;
+  };
+
+  void start(const ConvexSource& source, std::size_t most_steps);
+  void spread(std::uint32_t cell, std::uint32_t entered);
+  void drain();
+  void reach(std::uint32_t portal, Polygon seen);
+  void bounding_planes(std::uint32_t portal);
+  bool behind(const Plane& plane) const;
+
+  const PortalGraph& graph_;
+  ConvexSource source_;
+  Vec3 center_{0};
+  std::uint32_t source_portal_ = kNone;
+  std::uint32_t run_ = 0;
+  std::size_t steps_ = 0, most_steps_ = 0;
+  bool flooded_ = false;
+  std::vector<Window> windows_;
+  std::vector<std::uint32_t> reached_;
+  std::vector<Waiting> queue_;
+  std::vector<Plane> planes_;
+};
+
+}  // namespace atrium
