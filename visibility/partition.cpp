@@ -110,6 +110,28 @@ bool covered(const Scene& scene, const BoxTree& tree, std::uint32_t own, const P
   });
 }
 
+// Adds the patch; one with too many corners is halved from corner to corner until none has.
+void add_patch(LoosePatch loose, double tolerance, std::vector<LoosePatch>& patches) {
+  const Polygon& polygon = loose.piece.polygon;
+  if (polygon.size() <= kMaxPatchVertices) {
+    patches.push_back(std::move(loose));
+    return;
+  }
+  const Vec3 a = polygon.front(), across = polygon[polygon.size() / 2] - a;
+  const Vec3 normal = normalize(cross(across, plane_of(polygon).normal));
+  const Plane cut{normal, dot(normal, a)};
+  for (const Plane& half : {cut, cut.flipped()}) {
+    LoosePatch part = loose;
+    part.piece.polygon = clip(polygon, half, tolerance);
+    part.piece.pieces.clear();
+    for (const CellPiece& piece : loose.piece.pieces) {
+      CellPiece kept{piece.cell, clip(piece.polygon, half, tolerance)};
+      if (!kept.polygon.empty()) part.piece.pieces.push_back(std::move(kept));
+    }
+    if (!part.piece.pieces.empty()) add_patch(std::move(part), tolerance, patches);
+  }
+}
+
 std::vector<LoosePatch> find_patches(const Scene& scene, const Space& space, const BoxTree& tree,
                                      std::uint64_t& dark_surfaces) {
   std::vector<LoosePatch> patches;
