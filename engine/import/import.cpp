@@ -5,11 +5,11 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
-#include <regex>
 
 #include "engine/import/assign.h"
 #include "engine/import/materials.h"
 #include "engine/import/mesh.h"
+#include "engine/import/name_pattern.h"
 #include "engine/import/overlap.h"
 #include "engine/import/raw_model.h"
 #include "engine/import/read_gltf.h"
@@ -59,14 +59,10 @@ Result<std::vector<bool>> dropped_objects(const RawModel& model, const ImportOpt
     }
     if (!any) warnings.add("patterns to drop that match no object", "'" + pattern + "'");
   };
-  for (const std::string& pattern : options.drop) {
-    try {
-      const std::regex regex(pattern, std::regex::ECMAScript | std::regex::optimize);
-      drop(pattern, [&](const std::string& name) { return std::regex_search(name, regex); });
-    } catch (const std::regex_error& e) {
-      return Status(Code::kUsage, "", "", "--drop '" + pattern + "': " + e.what(),
-                    "write an ECMAScript regular expression");
-    }
+  for (const std::string& text : options.drop) {
+    const Result<NamePattern> pattern = NamePattern::compile(text);
+    if (!pattern.ok()) return pattern.status();
+    drop(text, [&](const std::string& name) { return pattern->found_in(name); });
   }
   for (const std::string& glob : assignment.dropped_objects)
     drop(glob, [&](const std::string& name) { return glob_matches(glob, name); });

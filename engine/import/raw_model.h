@@ -2,7 +2,7 @@
 // one file after another; indices run on, so that equal names in different files stay apart.
 //
 // Invariants: every corner is a valid index into `vertices`; every coordinate is finite; a face has
-// at least three corners. Not thread safe: one import fills one model.
+// corners, though perhaps too few. Not thread safe: one import fills one model.
 #pragma once
 
 #include <cstdint>

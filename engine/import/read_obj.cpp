@@ -47,7 +47,10 @@ class ObjReader {
     if (!text.ok()) return text.status();
     has_objects_ = names_objects(*text);
     Statements statements(*text);
-    while (statements.next()) ATRIUM_RETURN_IF_ERROR(statement(statements));
+    while (statements.next()) {
+      cut_off_ = statements.at_end() && !text->ends_with('\n');
+      ATRIUM_RETURN_IF_ERROR(statement(statements));
+    }
     return finish();
   }
 
@@ -117,7 +120,8 @@ class ObjReader {
   }
 
   Status face(const std::vector<std::string_view>& words) {
-    if (words.size() < 4)
+    // Some exporters write edges as faces of two corners: degenerate, unless the file ends there.
+    if (words.size() == 1 || (words.size() < 4 && cut_off_))
       return broken("a face has " + std::to_string(words.size() - 1) + " corners, not 3 or more",
                     "check the line; the file may be cut off");
     RawFace f;
@@ -231,6 +235,7 @@ class ObjReader {
   std::string object_name_;
   bool has_objects_ = false, named_ = false, object_open_ = false, object_started_ = false;
   std::uint32_t line_ = 0;
+  bool cut_off_ = false;  // the statement ends the file without ending its line
   // The largest index that pointed past the vertices read so far: settled at the file's end.
   long long largest_index_ = 0;
   std::uint32_t last_forward_line_ = 0;

@@ -21,6 +21,7 @@ class Statements {
  public:
   explicit Statements(std::string_view text) : rest_(text) {}
   bool next();
+  bool at_end() const { return rest_.empty(); }
   std::uint32_t line() const { return line_; }  // the first line of the statement
   std::string_view keyword() const { return words_[0]; }
   const std::vector<std::string_view>& words() const { return words_; }  // the keyword first

@@ -31,7 +31,8 @@ TEST_F(ImportObj, BrokenLinesAreNamed) {
   expect_broken("v 0 0 1e999\n", "line 1", "'1e999'");
   expect_broken("v 0 0 1x\n", "line 1", "'1x'");
   expect_broken("# one\n\nv 0 0\n", "line 3", "2 numbers");
-  expect_broken(kTriangle + "f 1 2\n", "line 4", "2 corners");
+  expect_broken(kTriangle + "f\n", "line 4", "0 corners");
+  expect_broken(kTriangle + "f 1 2", "line 4", "2 corners");
   expect_broken(kTriangle + "f 1 2 4\n", "line 4", "corner 4 is out of range");
   expect_broken(kTriangle + "f 1 2 -4\n", "line 4", "before the first vertex");
   expect_broken(kTriangle + "f 1 2 0\n", "line 4", "'0' is no corner");
@@ -191,12 +192,13 @@ TEST_F(ImportObj, EqualNamesInDifferentFilesStayApart) {
 }
 
 TEST_F(ImportObj, DegenerateFacesAreDroppedAndNamed) {
-  const Scene scene = imported(kTriangle + "v 0.5 0 0\no x\nf 1 2 3\nf 1 4 2\nf 1 1 2\nf 1 2 1\n");
-  EXPECT_EQ(scene.polygons, 4u);
+  const Scene scene =
+      imported(kTriangle + "v 0.5 0 0\no x\nf 1 2 3\nf 1 4 2\nf 1 1 2\nf 1 2 1\nf 1 2\n");
+  EXPECT_EQ(scene.polygons, 5u);
   EXPECT_EQ(scene.patches, 1u);
   const Warning* w = warning(scene, "degenerate");
   ASSERT_NE(w, nullptr);
-  EXPECT_EQ(w->count, 3u);
+  EXPECT_EQ(w->count, 4u);
   EXPECT_EQ(w->examples[0], "object 'x', line 7");
 }
 

@@ -160,11 +160,9 @@ TEST_F(ImportOverlap, ManyRandomOverlapsCoverTheirUnionOnce) {
     return static_cast<int>((state >> 16) % static_cast<unsigned>(n));
   };
   for (int k = 0; k < 60; ++k) {
-    const int x0 = random(kSize - 1), y0 = random(kSize - 1);
-    const int x1 =
-        x0 + 1 + random(std::min(6, kSize - x0 - 1) + 0 ? std::min(6, kSize - x0 - 1) : 1);
-    const int y1 =
-        y0 + 1 + random(std::min(6, kSize - y0 - 1) + 0 ? std::min(6, kSize - y0 - 1) : 1);
+    const int x0 = random(kSize), y0 = random(kSize);
+    const int x1 = x0 + 1 + random(std::min(6, kSize - x0));
+    const int y1 = y0 + 1 + random(std::min(6, kSize - y0));
     text.object("r" + std::to_string(k)).floor(x0, y0, x1, y1);
     for (int x = x0; x < x1; ++x)
       for (int y = y0; y < y1; ++y) covered[static_cast<std::size_t>(x * kSize + y)] = 1;
