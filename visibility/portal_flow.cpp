@@ -29,41 +29,53 @@ Range range(std::span<const Vec3> vertices, const Vec3& normal) {
   return r;
 }
 
-// The plane through an edge and a vertex, if it has the source behind it and the window before it.
-void try_plane(const Vec3& a, const Vec3& b, const Vec3& c, std::span<const Vec3> source,
-               PolygonView window, double noise, std::vector<Plane>& out) {
-  Vec3 n = cross(b - a, c - a);
-  const double l = length(n);
-  if (!(l > kThinSine * length(b - a) * length(c - a))) return;
-  n /= l;
-  const double at = dot(n, a);
-  bool behind = false, before = false;
-  for (const Vec3& x : source) {
-    const double d = dot(n, x) - at;
-    behind |= d<-noise, before |= d> noise;
-    if (behind && before) return;
+double cross2(const Vec2& a, const Vec2& b) { return a.x * b.y - a.y * b.x; }
+
+// Adds the plane with the source behind it and the window before it, if it is one.
+void add_if_between(Vec3 normal, std::span<const Vec3> source, PolygonView window, double noise,
+                    std::vector<Plane>& out) {
+  const Range s = range(source, normal), w = range(window, normal);
+  if (s.most <= w.least + noise)
+    out.push_back({normal, w.least});
+  else if (w.most <= s.least + noise)
+    out.push_back({-normal, -w.most});
+}
+
+// The planes through an edge of one of the two, touching the other, that have the source behind
+// and the window before them. Seen along the edge both are point sets in a plane about the edge,
+// the origin; the touching planes are the lines to the outermost points of the other.
+void planes_through(const Vec3& a, const Vec3& b, std::span<const Vec3> other,
+                    std::span<const Vec3> source, PolygonView window, double noise,
+                    std::vector<Plane>& out) {
+  const double l = length(b - a);
+  if (!(l > noise)) return;
+  const Vec3 d = (b - a) / l;
+  const Vec3 steep = std::abs(d.x) > 0.5 ? Vec3{0, 1, 0} : Vec3{1, 0, 0};
+  const Vec3 e1 = normalize(cross(d, steep)), e2 = cross(d, e1);
+  Vec2 first{0}, last{0};
+  bool any = false;
+  for (const Vec3& x : other) {
+    const Vec2 q{dot(x - a, e1), dot(x - a, e2)};
+    if (std::abs(q.x) + std::abs(q.y) <= noise) continue;  // on the edge's line: touches any plane
+    if (!any || cross2(first, q) < 0) first = q;
+    if (!any || cross2(last, q) > 0) last = q;
+    any = true;
   }
-  if (before) n = -n;
-  const Range w = range(window, n), s = range(source, n);
-  if (s.most > w.least + noise) {
-    if (before || behind) return;
-    // The source lies in the plane: either way round may do.
-    const Range other = range(window, -n);
-    if (-s.least > other.least + noise) return;
-    out.push_back({-n, other.least});
-    return;
-  }
-  out.push_back({n, w.least});
+  if (!any) return;
+  const auto normal = [&](const Vec2& t) { return normalize(t.x * e2 - t.y * e1); };
+  add_if_between(normal(last), source, window, noise, out);
+  if (std::abs(cross2(first, last)) > kThinSine * glm::length(first) * glm::length(last))
+    add_if_between(normal(first), source, window, noise, out);
 }
 
 void separating_planes(const ConvexSource& source, PolygonView window, double noise,
                        std::vector<Plane>& out) {
   for (const auto& [i, j] : source.edges)
-    for (const Vec3& v : window)
-      try_plane(source.vertices[i], source.vertices[j], v, source.vertices, window, noise, out);
+    planes_through(source.vertices[i], source.vertices[j], window, source.vertices, window, noise,
+                   out);
   for (std::size_t i = 0; i < window.size(); ++i)
-    for (const Vec3& v : source.vertices)
-      try_plane(window[i], window[(i + 1) % window.size()], v, source.vertices, window, noise, out);
+    planes_through(window[i], window[(i + 1) % window.size()], source.vertices, source.vertices,
+                   window, noise, out);
 }
 
 // Fewer planes bound less: to drop one is always safe.
@@ -223,6 +235,7 @@ void PortalFlow::drain() {
     ++windows_[portal].visits;
     bounding_planes(portal);
     spread(graph_.portals[portal].to, portal);
+    windows_[portal].planes = planes_;
   }
 }
 

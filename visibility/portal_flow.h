@@ -61,11 +61,9 @@ class PortalFlow {
   void run_through(std::uint32_t portal, std::size_t most_steps);
 
   template <class Visit>
-  void each_seen(Visit&& visit) {
-    for (std::uint32_t portal : reached_) {
-      bounding_planes(portal);
-      visit(SeenSpace{graph_.portals[portal].to, planes_});
-    }
+  void each_seen(Visit&& visit) const {
+    for (std::uint32_t portal : reached_)
+      visit(SeenSpace{graph_.portals[portal].to, windows_[portal].planes});
   }
   bool flooded() const { return flooded_; }
 
@@ -78,6 +76,7 @@ class PortalFlow {
     std::uint8_t visits = 0;
     bool queued = false;
     Polygon polygon;
+    std::vector<Plane> planes;  // that bound what is seen through it, as last expanded
   };
   struct Waiting {
     double distance;
