@@ -13,10 +13,10 @@ namespace {
 // A plane is worth a split if what lies in it there has at least this area, as a share of the
 // scene's diagonal squared (0.25 m² in a building of 70 m), ...
 constexpr double kMinArea = 5e-5;
-// ... and covers this share of the node's section, or has this area (4 m² in that building), or
+// ... and covers this share of the node's section, or has this area (15 m² in that building), or
 // closes a section that is a strip: the hole of a stair parts a slab's inside from the air.
 constexpr double kMinCoverage = 0.3;
-constexpr double kLargeArea = 8e-4;
+constexpr double kLargeArea = 3e-3;
 // Score: coverage × area to this power. [facts: visibility, step 2]
 constexpr double kAreaPower = 0.15;
 // Of scores that agree to this the first plane's wins: a turned copy rounds otherwise.
