@@ -3,9 +3,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
-#include <numbers>
-#include <optional>
 
 namespace atrium {
 
@@ -71,24 +70,47 @@ void measure_escapes(Receiver& receiver, const Surroundings& around, double tole
   });
 }
 
-// 3(d) to 3(f) for all patches of R across the braid with one source.
-void transfer(const GatherTask& task, const Surroundings& around, const ClusterView& source,
-              Receiver& receiver, Braid& braid) {
-  const bool make = task.linking != Linking::kUseKept;
-  const std::optional<SourceRoots> roots = make ? std::optional<SourceRoots>(source) : std::nullopt;
-  if (make) braid.sets.resize(receiver.trees.size());
-  tbb::parallel_for(std::size_t(0), receiver.trees.size(), [&](std::size_t p) {
-    PatchTree& tree = receiver.trees[p];
-    if (tree.head.inert) return;
-    if (make) {
-      Refiner refiner(task.refine, around);
-      refiner.link(tree, *roots, braid.sets[p]);
-      receiver.refined[p].add(refiner.counters());
+// Patches that share a refiner, and with it packets of rays: by the receiver's size alone.
+std::size_t patches_a_task(std::size_t patches) {
+  constexpr std::size_t kTasks = 16, kMost = 32;
+  return std::clamp(patches / kTasks, std::size_t(1), kMost);
+}
+
+// 3(d) Install( links in Braid(R, S, T) ).
+Braid make_braid(const GatherTask& task, const Surroundings& around, ClusterId s,
+                 const ClusterView& source, Receiver& receiver) {
+  const SourceRoots roots(source);
+  const std::size_t patches = receiver.trees.size(), step = patches_a_task(patches);
+  std::vector<LinkSet> sets(patches);
+  tbb::parallel_for(std::size_t(0), (patches + step - 1) / step, [&](std::size_t t) {
+    Refiner refiner(task.refine, around);
+    const std::size_t end = std::min(patches, (t + 1) * step);
+    for (std::size_t p = t * step; p < end; ++p) {
+      PatchTree& tree = receiver.trees[p];
+      if (tree.head.inert) continue;
+      refiner.link(tree, roots, sets[p]);
       receiver.slots[p].grow(tree.elements.size(), tree.view().k());
     }
-    gather(braid.sets[p], source, tree.order, tree.elements, task.lamp_cap, receiver.slots[p],
-           receiver.means[p]);
+    refiner.flush();
+    receiver.refined[t * step].add(refiner.counters());
   });
+  return plait(s, sets);
+}
+
+// 3(e) Gather( each patch of R ) across the braid with one source.
+void transfer(const GatherTask& task, const ClusterView& source, const Braid& braid,
+              Receiver& receiver) {
+  constexpr std::size_t kWorthSharing = 512;  // links
+  const auto strand = [&](std::size_t i) {
+    const Braid::Strand& s = braid.strands[i];
+    const PatchTree& tree = receiver.trees[s.patch];
+    gather(braid, s, source, tree.order, tree.elements, task.lamp_cap, receiver.slots[s.patch],
+           receiver.means[s.patch]);
+  };
+  if (braid.count() < kWorthSharing)
+    for (std::size_t i = 0; i < braid.strands.size(); ++i) strand(i);
+  else
+    tbb::parallel_for(std::size_t(0), braid.strands.size(), strand);
 }
 
 Closing closing_of(const PatchTree& tree, const RowMean& mean) {
@@ -157,12 +179,14 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     const Result<ClusterView> source =
         s == task.receiver ? before : ClusterView::parse(pin.bytes());
     if (!source.ok()) return source.status();
-    // (c) to (e) Tube, links, gather.
-    Braid scratch;
-    Braid& braid = task.linking == Linking::kMakeAndDiscard ? scratch : braids[i];
-    braid.source = s;
     const double start = now();
-    transfer(task, around, *source, receiver, braid);
+    // (c), (d) Tubes and links.
+    Braid discarded;
+    Braid& braid = task.linking == Linking::kMakeAndDiscard ? discarded : braids[i];
+    if (task.linking != Linking::kUseKept)
+      braid = make_braid(task, around, s, *source, receiver);
+    // (e) Gather.
+    transfer(task, *source, braid, receiver);
     report.solver_seconds += now() - start;
     report.links += braid.count();
     report.link_bytes += braid.bytes();

@@ -40,6 +40,29 @@ double fill_row(const Vec3& x, const Vec3& n, const Site& source,
   return exact;
 }
 
+// The point of the receiver next to the source's centre; from its rim it is drawn a little inwards,
+// since where surfaces meet the very edge stands for no area.
+Vec3 next_to(const Site& r, const Vec3& y) {
+  constexpr double kInwards = 0.15;
+  const Vec3 foot = y - dot(r.normal, y - r.center) * r.normal;
+  Vec3 best = foot;
+  double best2 = -1;
+  bool inside = true;
+  for (int i = 0; i < r.vertices; ++i) {
+    const Vec3& a = r.outline[i];
+    const Vec3 edge = r.outline[i + 1 < r.vertices ? i + 1 : 0] - a;
+    const Vec3 at = foot - a;
+    if (dot(cross(edge, at), r.normal) < 0) inside = false;
+    const double l2 = dot(edge, edge);
+    const Vec3 on = l2 > 0 ? a + std::clamp(dot(at, edge) / l2, 0.0, 1.0) * edge : a;
+    const double d2 = dot(on - foot, on - foot);
+    if (best2 >= 0 && d2 >= best2) continue;
+    best2 = d2;
+    best = on;
+  }
+  return inside ? foot : best + kInwards * (r.center - best);
+}
+
 }  // namespace
 
 Site make_site(const PatchView& patch, std::size_t i, std::span<const Vec2> part) {
@@ -82,6 +105,10 @@ Kernel make_kernel(const Site& receiver, const Site& source) {
   }
   std::array<double, kMaxNodes> unused;
   k.center = fill_row(receiver.center, receiver.normal, source, unused);
+  k.peak_at = next_to(receiver, source.center);
+  k.peak = fill_row(k.peak_at, receiver.normal, source, unused);
+  const Vec3 gap = source.center - k.peak_at;
+  k.peak_area = source.area + std::numbers::pi * dot(gap, gap);
   return k;
 }
 

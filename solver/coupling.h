@@ -43,6 +43,11 @@ struct Kernel {
   std::array<std::array<double, kMaxNodes>, kMaxNodes> g{};
   std::array<double, kMaxNodes> row{};
   double center = 0;  // configuration factor at the receiver's centre
+  // The same where it may be largest, at the receiver's point next to the source: a lamp a millimetre
+  // below a ceiling lights a spot that no fixed node need see.
+  double peak = 0;
+  Vec3 peak_at{0};
+  double peak_area = 0;  // m², about so much of the receiver's plane it is good for
   double mean = 0;    // form factor receiver → source
   int rows = 0, columns = 0;
 };

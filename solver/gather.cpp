@@ -28,12 +28,12 @@ void add_to_mean(const Element& receiver, const Spectrum& b, double form_factor,
 
 }  // namespace
 
-void gather(const LinkSet& set, const ClusterView& source, int order,
+void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& source, int order,
             std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean) {
   const int k = coefficient_count(order);
   const std::size_t stride = std::size_t(k) * kGatherChannels;
-  const float* coupling = set.couplings.data();
-  for (const LinkHead& link : set.links) {
+  const float* coupling = braid.couplings.data() + std::size_t(strand.first_link) * k * k;
+  for (const LinkHead& link : std::span(braid.links).subspan(strand.first_link, strand.links)) {
     const Radiosity b = radiosity_of(source.patch(link.source_patch), link.source);
     double* g = &slots.g[link.receiver * stride];
     add_to_mean(receiver[link.receiver], b[0], coupling[0], cap, mean);
@@ -46,7 +46,7 @@ void gather(const LinkSet& set, const ClusterView& source, int order,
     }
     coupling += k * k;
   }
-  for (const ThinLink& link : set.thin) {
+  for (const ThinLink& link : std::span(braid.thin).subspan(strand.first_thin, strand.thin)) {
     const Radiosity b = radiosity_of(source.patch(link.ends.source_patch), link.ends.source);
     double* g = &slots.g[link.ends.receiver * stride];
     add_to_mean(receiver[link.ends.receiver], b[0], link.coupling, cap, mean);

@@ -13,9 +13,9 @@ struct RowMean {
   double weight = 0;  // Σ F
 };
 
-// Adds set's transfers from `source` to the slots of one receiving patch.
+// Adds one strand's transfers from `source` to the slots of its receiving patch.
 // cap: lm/m², luminance above which a source does not count in full in `mean`.
-void gather(const LinkSet& set, const ClusterView& source, int order,
+void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& source, int order,
             std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean);
 
 }  // namespace atrium

@@ -4,7 +4,9 @@
 // clusters, sorted by the receiver's patches. [THFH94 §4]
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/id.h"
@@ -22,32 +24,36 @@ struct ThinLink {
   float coupling = 0;
 };
 
-// The links of one receiving patch to one source cluster.
+// The links of one receiving patch to one source cluster, while they are made.
 struct LinkSet {
   std::vector<LinkHead> links;
   std::vector<float> couplings;  // links × K × K, row: receiver's function, column: source's
   std::vector<ThinLink> thin;
+  bool empty() const { return links.empty() && thin.empty(); }
+};
+
+// All links between two clusters, in one run of each kind.
+struct Braid {
+  // One receiving patch's part.
+  struct Strand {
+    std::uint32_t patch = 0;  // local to the receiver
+    std::uint32_t first_link = 0, links = 0;
+    std::uint32_t first_thin = 0, thin = 0;
+  };
+  ClusterId source;
+  std::vector<Strand> strands;  // of the patches that have links, ascending
+  std::vector<LinkHead> links;
+  std::vector<float> couplings;
+  std::vector<ThinLink> thin;
 
   std::size_t count() const { return links.size() + thin.size(); }
   std::size_t bytes() const {
-    return links.size() * sizeof(LinkHead) + couplings.size() * sizeof(float) +
-           thin.size() * sizeof(ThinLink);
+    return sizeof(Braid) + strands.size() * sizeof(Strand) + links.size() * sizeof(LinkHead) +
+           couplings.size() * sizeof(float) + thin.size() * sizeof(ThinLink);
   }
 };
 
-struct Braid {
-  ClusterId source;
-  std::vector<LinkSet> sets;  // one a patch of the receiver
-  std::size_t count() const {
-    std::size_t n = 0;
-    for (const LinkSet& s : sets) n += s.count();
-    return n;
-  }
-  std::size_t bytes() const {
-    std::size_t n = sizeof(Braid) + sets.size() * sizeof(LinkSet);
-    for (const LinkSet& s : sets) n += s.bytes();
-    return n;
-  }
-};
+// One braid of the sets of a receiver's patches.
+Braid plait(ClusterId source, std::span<const LinkSet> sets);
 
 }  // namespace atrium

@@ -49,26 +49,6 @@ double form_factor_bound(const Site& r, const Site& s) {
   return std::min(1.0, s.area / (3.14159265358979 * gap2 + 1e-300));
 }
 
-// Misfit of the receiver's basis to the transfer across its nodes and centre, as a form factor.
-double misfit(const Site& r, const Kernel& kernel, VisibleMask visible, int order) {
-  const int n = coefficient_count(order);
-  std::array<double, kMaxNodes> f{};
-  std::array<double, kMaxCoefficients> fit{};
-  for (int k = 0; k < kernel.rows; ++k) {
-    for (int l = 0; l < kernel.columns; ++l)
-      if (visible & lane(k, l)) f[k] += kernel.g[k][l];
-    for (int a = 0; a < n; ++a) fit[a] += r.weight[k] * r.phi[k][a] * f[k];
-  }
-  double rest2 = 0;
-  for (int k = 0; k < kernel.rows; ++k) {
-    double at = 0;
-    for (int a = 0; a < n; ++a) at += fit[a] * r.phi[k][a];
-    rest2 += r.weight[k] * squared(f[k] - at);
-  }
-  const double bowl = kBowl * (kernel.center - kernel.mean);
-  return std::sqrt(rest2 + squared(bowl));
-}
-
 // Spread over the source of the receiver's sensitivity to it, as a form factor.
 double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
   double sum = 0;
@@ -166,7 +146,6 @@ void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out)
     descend(0, root, make_source(source.patches[q], static_cast<std::uint32_t>(q), 0,
                                  &source.sites[q]), nullptr);
   }
-  flush_thin();
 }
 
 Refiner::Source Refiner::make_source(const PatchView& patch, std::uint32_t index,
@@ -183,6 +162,37 @@ Refiner::Source Refiner::make_source(const PatchView& patch, std::uint32_t index
   s.radiosity = luminance(patch.head->exitance) + std::max(gathered, assumed);
   s.detail = luminance(rho) * patch.elements[element].detail;
   return s;
+}
+
+// Misfit of the receiver's basis to the transfer across its nodes, centre and brightest spot, as a form
+// factor, root mean square over the receiver.
+double Refiner::misfit(std::int32_t receiver, const Site& r, const Kernel& kernel,
+                       VisibleMask visible) const {
+  const PatchView patch = tree_->view();
+  const int n = patch.k();
+  std::array<double, kMaxNodes> f{};
+  std::array<double, kMaxCoefficients> fit{};
+  for (int k = 0; k < kernel.rows; ++k) {
+    for (int l = 0; l < kernel.columns; ++l)
+      if (visible & lane(k, l)) f[k] += kernel.g[k][l];
+    for (int a = 0; a < n; ++a) fit[a] += r.weight[k] * r.phi[k][a] * f[k];
+  }
+  double rest2 = 0;
+  for (int k = 0; k < kernel.rows; ++k) {
+    double at = 0;
+    for (int a = 0; a < n; ++a) at += fit[a] * r.phi[k][a];
+    rest2 += r.weight[k] * squared(f[k] - at);
+  }
+  const double bowl = kBowl * (kernel.center - kernel.mean);
+  const BasisValues phi =
+      evaluate_basis(patch.basis_of(receiver), patch.elements[receiver], patch.order,
+                     patch.head->frame.to_plane(kernel.peak_at));
+  double at_peak = 0;
+  for (int a = 0; a < n; ++a) at_peak += fit[a] * phi[a];
+  const double share = std::min(1.0, kernel.peak_area / r.area);
+  // A spot larger than the element is seen by its nodes.
+  const double peak2 = share < 1 ? share * squared(kernel.peak - at_peak) : 0;
+  return std::sqrt(rest2 + squared(bowl) + peak2);
 }
 
 // What a unit of irradiance error on this element weighs. Errors are relative to the light that is
@@ -224,8 +234,7 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
     return;
 
   // What the shape alone gets wrong needs no ray to be known.
-  const int order = tree_->order;
-  const double shape = source.radiosity * misfit(site, kernel, kAllVisible, order);
+  const double shape = source.radiosity * misfit(receiver, site, kernel, kAllVisible);
   const double variation = source.detail * sensitivity_spread(site, source.site, kernel);
   VisibleMask visible = kAllVisible;
   double shadow = 0, seen_shape = shape;
@@ -236,8 +245,9 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
     if (variety == Variety::PARTIAL && kernel.mean > 0) {
       visible = look(site, source.site, kernel);
       const double v = seen_share(site, kernel, visible);
-      shadow = source.radiosity * kernel.mean * std::max(kUnsure, kMixed * std::sqrt(v * (1 - v)));
-      seen_shape = v > 0 ? source.radiosity * misfit(site, kernel, visible, order) : 0;
+      const double transfer = source.radiosity * kernel.mean;
+      shadow = std::max(kUnsure * (transfer + shape), kMixed * std::sqrt(v * (1 - v)) * transfer);
+      seen_shape = v > 0 ? source.radiosity * misfit(receiver, site, kernel, visible) : 0;
     }
   }
   const double error = std::sqrt(squared(seen_shape) + squared(shadow) + squared(variation));
@@ -337,11 +347,11 @@ void Refiner::thin_link(std::int32_t receiver, const Site& site, const Source& s
       source.site.area * cx * cy / (d2 * (3.14159265358979 * d2 + source.site.area));
   waiting_.push_back({{static_cast<std::uint32_t>(receiver), source.patch_index,
                        static_cast<std::uint32_t>(source.element)},
-                      static_cast<float>(coupling), x, y});
-  if (waiting_.size() == kRayLanes) flush_thin();
+                      static_cast<float>(coupling), x, y, out_});
+  if (waiting_.size() == kRayLanes) flush();
 }
 
-void Refiner::flush_thin() {
+void Refiner::flush() {
   std::uint16_t blocked = 0;
   if (around_.rays && !waiting_.empty()) {
     SegmentPacket packet;
@@ -353,7 +363,7 @@ void Refiner::flush_thin() {
   }
   for (std::size_t i = 0; i < waiting_.size(); ++i)
     if (!(blocked >> i & 1)) {
-      out_->thin.push_back({waiting_[i].ends, waiting_[i].coupling});
+      waiting_[i].out->thin.push_back({waiting_[i].ends, waiting_[i].coupling});
       ++counters_.thin_links;
     }
   waiting_.clear();

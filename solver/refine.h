@@ -4,7 +4,7 @@
 // link is weighed by the radiosity that crosses it, by the light that is there already, and by the
 // receiver's area: what counts is what reaches the picture. [HSA91; facts: error × area^½]
 //
-// One Refiner works for one receiving patch at a time; several work side by side on several patches.
+// One Refiner works for one receiving patch after the other; several work side by side on others.
 #pragma once
 
 #include <cstdint>
@@ -54,8 +54,10 @@ class Refiner {
       : settings_(settings), around_(around) {}
 
   // 3(d) Install( links in Braid(R, S, T) ) for one patch of R: top-level links between visible patch
-  // pairs, refined on the spot. Splits leaves of `receiver`. [THFH94 §5.1]
+  // pairs, refined on the spot. Splits leaves of `receiver`. The thin ones may still wait for a full
+  // packet of rays: `out` is complete after flush(). [THFH94 §5.1]
   void link(PatchTree& receiver, const SourceRoots& source, LinkSet& out);
+  void flush();
 
   const RefineCounters& counters() const { return counters_; }
 
@@ -74,6 +76,7 @@ class Refiner {
     LinkHead ends;
     float coupling;
     Vec3 from, to;
+    LinkSet* out;
   };
 
   Source make_source(const PatchView& patch, std::uint32_t index, std::int32_t element,
@@ -84,10 +87,11 @@ class Refiner {
                       const Tube& tube);
   Variety look_through(Tube& tube, const Tube* parent, const Site& r, const Site& s);
   void thin_link(std::int32_t receiver, const Site& site, const Source& source);
-  void flush_thin();
   void full_link(std::int32_t receiver, const Site& site, const Source& source,
                  const Kernel& kernel, VisibleMask visible);
   VisibleMask look(const Site& receiver, const Site& source, const Kernel& kernel);
+  double misfit(std::int32_t receiver, const Site& site, const Kernel& kernel,
+                VisibleMask visible) const;
   double weight(std::int32_t receiver, double arriving) const;
 
   RefineSettings settings_;
