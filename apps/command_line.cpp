@@ -6,9 +6,8 @@
 #include <memory>
 #include <sstream>
 
-#include <CLI/CLI.hpp>
-#define TOML_EXCEPTIONS 0
 #include <toml++/toml.h>
+#include <CLI/CLI.hpp>
 
 #include "apps/command.h"
 
@@ -82,11 +81,14 @@ class ConfigReader {
       : path_(std::move(path)), global_(global), commands_(commands) {}
 
   Result<ConfigFile> read() {
-    const toml::parse_result parsed = toml::parse_file(path_);
-    if (!parsed)
-      return Status(Code::kUsage, path_, place(parsed.error().source()),
-                    std::string(parsed.error().description()), "mend the configuration file");
-    for (const auto& [key, node] : parsed.table()) {
+    toml::table root;
+    try {
+      root = toml::parse_file(path_);
+    } catch (const toml::parse_error& e) {
+      return Status(Code::kUsage, path_, place(e.source()), std::string(e.description()),
+                    "mend the configuration file");
+    }
+    for (const auto& [key, node] : root) {
       const std::string name(key.str());
       const toml::table* table = node.as_table();
       const Status status = table == nullptr ? take("", name, node) : take_table(name, *table);

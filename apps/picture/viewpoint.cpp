@@ -45,8 +45,8 @@ constexpr double kHallEyeShare = 0.45;
 constexpr double kTargetShare = 0.42;  // of the room's height
 constexpr double kInset = 0.86;        // of the way from the middle to a wall
 constexpr std::size_t kMostRooms = 12;
-constexpr std::size_t kSmallScene = 12;  // lit cells; more is no single room
-constexpr double kLongScene = 2.5;       // extents' ratio; longer is no single room
+constexpr std::size_t kFewPatches = 64;  // of a scene that is a box with little in it
+constexpr double kLongScene = 2.5;       // extents' ratio; longer is no such box
 constexpr int kProbeWidth = 40, kProbeHeight = 30;
 
 double eye_height(double room_height) {
@@ -58,6 +58,7 @@ struct Candidate {
   Camera camera;
   bool outside = false;
   double variety = 0;     // bits: how many things share the picture, and how evenly
+  double reach = 0;       // log2 of the mean square of how far it sees, halved
   double brightness = 0;  // mean log2 of luminance
   bool blocked = false;   // stands inside something
 };
@@ -102,7 +103,7 @@ Status judge(LitScene& scene, Candidate& view, double aspect) {
   camera.width = static_cast<int>(std::lround(kProbeHeight * aspect));
   std::map<std::uint32_t, int> seen;
   int hits = 0, through = 0, near = 0;
-  double logs = 0;
+  double logs = 0, squares = 0;
   const double scale = std::min(scene.run().bounds.diagonal(), 10.0);
   for (int y = 0; y < camera.height; ++y)
     for (int x = 0; x < camera.width; ++x) {
@@ -112,6 +113,7 @@ Status judge(LitScene& scene, Candidate& view, double aspect) {
       ++hits, ++seen[hit->patch.value];
       through += hit->passed > 0;
       near += hit->t < kNear * scale;
+      squares += hit->t * hit->t * dot(d, d);
       const auto shaded = scene.shaded(hit->patch);
       if (!shaded.ok()) return shaded.status();
       const ShadedPatch& patch = **shaded;
@@ -127,27 +129,35 @@ Status judge(LitScene& scene, Candidate& view, double aspect) {
     view.variety -= share * std::log2(share);
   }
   view.variety *= hits / rays;
+  view.reach = 0.5 * std::log2(squares / hits);
   view.brightness = logs / hits;
   return {};
 }
 
-std::vector<Candidate> candidates(const RunModel& run, const Vec3& up, double fov, double aspect) {
+// Boxes around the lit rooms, the largest first.
+std::vector<Box> lit_rooms(const Model& model) {
+  std::map<std::uint32_t, Box> rooms;
+  for (const Cell& cell : model.cells)
+    if (cell.lit) rooms[cell.room].extend(cell.bounds);
   std::vector<Box> boxes;
-  for (const Cell& cell : run.model.cells)
-    if (cell.lit) boxes.push_back(cell.bounds);
-  const bool small = boxes.size() <= kSmallScene;
+  for (const auto& [room, box] : rooms) boxes.push_back(box);
   const auto volume = [](const Box& b) { return b.extent().x * b.extent().y * b.extent().z; };
   std::stable_sort(boxes.begin(), boxes.end(),
                    [&](const Box& a, const Box& b) { return volume(a) > volume(b); });
-  if (boxes.size() > kMostRooms) boxes.resize(kMostRooms);
-  if (small) boxes.push_back(run.bounds);  // one room cut into many cells by what stands in it
-  std::vector<Candidate> views;
-  for (const Box& box : boxes)
-    for (const Candidate& c : inside(Room(box, up), up, fov)) views.push_back(c);
+  return boxes;
+}
+
+std::vector<Candidate> candidates(const RunModel& run, const Vec3& up, double fov, double aspect) {
+  std::vector<Box> rooms = lit_rooms(run.model);
   const Room all(run.bounds, up);
   const double longer = std::max(all.half_across, all.half_along);
-  if (small && longer <= kLongScene * std::min(all.half_across, all.half_along))
-    for (const Candidate& c : outside(all, up, fov, aspect)) views.push_back(c);
+  if (rooms.size() == 1 && run.model.patches.size() <= kFewPatches &&
+      longer <= kLongScene * std::min(all.half_across, all.half_along))
+    return outside(all, up, fov, aspect);
+  if (rooms.size() > kMostRooms) rooms.resize(kMostRooms);
+  std::vector<Candidate> views;
+  for (const Box& box : rooms)
+    for (const Candidate& c : inside(Room(box, up), up, fov)) views.push_back(c);
   return views;
 }
 
@@ -226,7 +236,7 @@ Result<Camera> interior_view(LitScene& scene, const Vec3& up, double fov, double
   }
   const auto worth = [&](const Candidate& v) {
     if (v.blocked) return -std::numeric_limits<double>::infinity();
-    return v.variety - kBitsPerStop * std::min(brightest - v.brightness, kMostStops);
+    return v.variety + v.reach - kBitsPerStop * std::min(brightest - v.brightness, kMostStops);
   };
   const auto best =
       std::max_element(views.begin(), views.end(),

@@ -12,8 +12,8 @@ namespace atrium {
 // The coordinate axis that is up: against the way the lamps shine; z where they shine all ways.
 Result<Vec3> up_direction(Solution& solution);
 
-// The view from eye height that shows most, among those from the corners and sides of the largest
-// lit cells; of a single small room also those into it from outside.
+// The view from eye height that shows most and reaches furthest, among those from the corners and
+// sides of the largest lit rooms; a single box with little in it is looked into from outside.
 Result<Camera> interior_view(LitScene& scene, const Vec3& up, double fov, double aspect);
 
 struct Overhead {

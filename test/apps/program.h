@@ -1,0 +1,82 @@
+// Runs the program as a shell would, and keeps what it wrote and how it ended.
+#pragma once
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+namespace atrium::testing {
+
+inline std::string read_file(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+inline void write_file(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+// A folder of this process's own, gone at its end.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (std::filesystem::temp_directory_path() / "atrium-XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~Folder() { std::filesystem::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  std::string operator/(const std::string& name) const { return (path_ / name).string(); }
+
+ private:
+  std::filesystem::path path_;
+};
+
+struct Ended {
+  int code = -1;
+  std::string out, err;
+};
+
+inline std::string quoted(const std::string& word) {
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+// environment: "ATRIUM_RHO=0.25", put before the command.
+inline Ended run(const std::vector<std::string>& words, const std::string& environment = "",
+                 const std::string& input = "") {
+  const Folder folder;
+  write_file(folder / "in", input);
+  std::string line = environment + " " + quoted(ATRIUM_PROGRAM);
+  for (const std::string& w : words) line += " " + quoted(w);
+  line +=
+      " <" + quoted(folder / "in") + " >" + quoted(folder / "out") + " 2>" + quoted(folder / "err");
+  const int status = std::system(line.c_str());
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_file(folder / "out"),
+          read_file(folder / "err")};
+}
+
+// A cube whose every surface has ρ = 1/2 and M = 100 lm/m²: B = M/(1-ρ) and E = B all over.
+inline constexpr double kFurnaceRadiosity = 200;  // lm/m²
+inline constexpr double kFurnaceSide = 3;         // m, from the origin
+
+// A solved run of it, made once.
+inline const std::string& furnace_run() {
+  static const Folder folder;
+  static const std::string path = [] {
+    const std::string scene = folder / "cube.obj", run_directory = folder / "run";
+    const Ended made = run({"gen", "furnace", "--rho", "0.5", "--emit", "100", "-o", scene});
+    const Ended solved = run({"solve", scene, "-o", run_directory, "--memory", "64MiB"});
+    return made.code == 0 && solved.code == 0 ? run_directory : "no run: " + made.err + solved.err;
+  }();
+  return path;
+}
+
+}  // namespace atrium::testing
