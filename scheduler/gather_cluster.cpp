@@ -37,29 +37,35 @@ struct Receiver {
 };
 
 // Directions of a cosine-weighted bundle: a Fibonacci spiral over the disc, lifted. [Malley]
-constexpr int kEscapeRays = 256;
-Vec3 cosine_direction(const Frame& f, int i) {
+Vec3 cosine_direction(const Frame& f, int i, int count) {
   constexpr double kGoldenAngle = 2.39996322972865332;
-  const double r2 = (i + 0.5) / kEscapeRays, r = std::sqrt(r2), a = kGoldenAngle * i;
+  const double r2 = (i + 0.5) / count, r = std::sqrt(r2), a = kGoldenAngle * i;
   return r * std::cos(a) * f.u + r * std::sin(a) * f.v + std::sqrt(1 - r2) * f.n;
 }
 
-// Share of the patch's cosine-weighted directions that leave the scene. Origins go round the
-// nodes of the root.
-double measure_escape(const PatchTree& tree, const RayScene& rays, double tolerance) {
-  const Site root = make_site(tree.view(), 0);
+int count_escapes(const PatchTree& tree, const Site& root, const RayScene& rays, int count,
+                  double tolerance) {
   int escaped = 0;
-  for (int first = 0; first < kEscapeRays; first += kRayLanes) {
+  for (int first = 0; first < count; first += kRayLanes) {
     RayPacket packet;
     HitPacket hits;
-    for (int i = 0; i < kRayLanes; ++i) {
-      const Vec3 from = root.x[(first + i) % root.nodes];
-      packet.set(i, from, cosine_direction(tree.head.frame, first + i), tolerance);
-    }
+    for (int i = first; i < first + kRayLanes; ++i)
+      packet.set(i - first, root.x[i % root.nodes], cosine_direction(tree.head.frame, i, count),
+                 tolerance);
     rays.closest_hit16(packet, hits);
     escaped += kRayLanes - std::popcount(hits.found);
   }
-  return double(escaped) / kEscapeRays;
+  return escaped;
+}
+
+// Share of the patch's cosine-weighted directions that leave the scene. Origins go round the
+// nodes of the root; a patch that sees an opening is looked at again, closer.
+double measure_escape(const PatchTree& tree, const RayScene& rays, double tolerance) {
+  constexpr int kFirstLook = 256, kSecondLook = 2048;
+  static_assert(kFirstLook % kRayLanes == 0 && kSecondLook % kRayLanes == 0);
+  const Site root = make_site(tree.view(), 0);
+  if (count_escapes(tree, root, rays, kFirstLook, tolerance) == 0) return 0;
+  return double(count_escapes(tree, root, rays, kSecondLook, tolerance)) / kSecondLook;
 }
 
 void measure_escapes(Receiver& receiver, const Surroundings& around, double tolerance) {
@@ -113,10 +119,14 @@ void transfer(const GatherTask& task, const ClusterView& source, const Braid& br
     tbb::parallel_for(std::size_t(0), braid.strands.size(), strand);
 }
 
+// A row sums to what does not leave the scene. Where nothing does that holds for every leaf; else for
+// the patch as a whole, of which it was measured.
 Closing closing_of(const PatchTree& tree, const RowMean& mean) {
   Closing c;
-  c.closed = tree.head.escape == 0 && mean.weight > 0;
-  if (c.closed) c.mean_radiosity = mean.light / mean.weight;
+  if (!(mean.weight > 0)) return c;
+  c.how = tree.head.escape == 0 ? Closing::How::kEachLeaf : Closing::How::kWholePatch;
+  c.missing = 1 - tree.head.escape - mean.weight / tree.head.area;
+  c.mean_radiosity = mean.light / mean.weight;
   return c;
 }
 

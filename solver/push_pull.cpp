@@ -29,12 +29,12 @@ TwoScale two_scale(const PatchView& v, const Element& parent, std::size_t pi, co
 
 double squared(double x) { return x * x; }
 
-// Row closing: where nothing leaves the scene a row of form factors sums to 1; what is missing (or
-// too much) is taken to come from the room's mean. [facts: halves the time to 1%]
 void close_row(std::span<double> g, const Closing& closing) {
-  const double missing = 1 - g[kRowSum];
+  if (closing.how == Closing::How::kOpen) return;
+  const double missing =
+      closing.how == Closing::How::kEachLeaf ? 1 - g[kRowSum] : closing.missing;
   for (int c = 0; c < kChannels; ++c) g[c] += missing * closing.mean_radiosity[c];
-  g[kRowSum] = 1;
+  g[kRowSum] += missing;
 }
 
 }  // namespace
@@ -88,7 +88,7 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
     double old[kMaxCoefficients * kChannels];
     for (int n = 0; n < k * kChannels; ++n) old[n] = e[n];
     if (x.leaf()) {
-      if (closing.closed) close_row(std::span(g).subspan(i * stride, stride), closing);
+      close_row(std::span(g).subspan(i * stride, stride), closing);
       for (int a = 0; a < k; ++a)
         for (int c = 0; c < kChannels; ++c)
           e[a * kChannels + c] = g[i * stride + a * kGatherChannels + c];
