@@ -14,7 +14,6 @@ namespace atrium {
 namespace {
 
 constexpr std::size_t kGlbHeader = 12, kChunkHeader = 8;
-constexpr int kDeepestNode = 1000;  // deeper than any scene: a node that is its own descendant
 
 // What a file may require of its reader that changes no surface here or that is read below.
 constexpr const char* kKnownExtensions[] = {"KHR_materials_emissive_strength",
@@ -89,6 +88,12 @@ Matrix local_matrix(const tinygltf::Node& node) {
     std::copy(node.translation.begin(), node.translation.end(), m.begin() + 12);
   return m;
 }
+
+// A node still to be visited, and where its parent stands.
+struct Visit {
+  int node = 0;
+  Matrix parent = kIdentity;
+};
 
 // A number of an accessor's element, whatever it is stored as.
 double component(const unsigned char* at, int type, bool normalized) {
@@ -246,40 +251,54 @@ class GltfReader {
     model_.materials.push_back(std::move(raw));
   }
 
+  // All nodes of the scene, parents before children, in the file's order.
   Status scene() {
+    std::vector<Visit> pending;
+    const auto push = [&](const std::vector<int>& nodes, const Matrix& parent) {
+      for (auto n = nodes.rbegin(); n != nodes.rend(); ++n) pending.push_back({*n, parent});
+    };
     if (gltf_.scenes.empty()) {
-      std::vector<char> child(gltf_.nodes.size(), 0);
-      for (const tinygltf::Node& n : gltf_.nodes)
-        for (const int c : n.children)
-          if (c >= 0 && static_cast<std::size_t>(c) < child.size())
-            child[static_cast<std::size_t>(c)] = 1;
-      for (std::size_t i = 0; i < child.size(); ++i)
-        if (!child[i]) ATRIUM_RETURN_IF_ERROR(node(static_cast<int>(i), kIdentity, 0));
-      return {};
+      push(roots(), kIdentity);
+    } else {
+      const auto number = static_cast<std::size_t>(std::max(gltf_.defaultScene, 0));
+      if (number >= gltf_.scenes.size())
+        return broken("scene", "there is no scene " + std::to_string(number), "correct the file");
+      push(gltf_.scenes[number].nodes, kIdentity);
     }
-    const int number = std::max(gltf_.defaultScene, 0);
-    if (static_cast<std::size_t>(number) >= gltf_.scenes.size())
-      return broken("scene", "there is no scene " + std::to_string(number), "correct the file");
-    for (const int i : gltf_.scenes[static_cast<std::size_t>(number)].nodes)
-      ATRIUM_RETURN_IF_ERROR(node(i, kIdentity, 0));
+    std::vector<bool> seen(gltf_.nodes.size(), false);
+    while (!pending.empty()) {
+      const Visit visit = pending.back();
+      pending.pop_back();
+      const std::string place = "nodes[" + std::to_string(visit.node) + "]";
+      const auto index = static_cast<std::size_t>(visit.node);
+      if (visit.node < 0 || index >= gltf_.nodes.size())
+        return broken(place, "there is no such node", "correct the file");
+      if (seen[index])
+        return broken(place, "is reached twice: a child of two nodes, or of itself",
+                      "correct the nodes' children");
+      seen[index] = true;
+      const tinygltf::Node& n = gltf_.nodes[index];
+      const Matrix matrix = multiply(visit.parent, local_matrix(n));
+      if (n.mesh >= 0) ATRIUM_RETURN_IF_ERROR(mesh(n, place, matrix));
+      push(n.children, matrix);
+    }
     return {};
   }
 
-  Status node(int index, const Matrix& parent, int depth) {
-    const std::string place = "nodes[" + std::to_string(index) + "]";
-    if (index < 0 || static_cast<std::size_t>(index) >= gltf_.nodes.size())
-      return broken(place, "there is no such node", "correct the file");
-    if (depth > kDeepestNode)
-      return broken(place, "is its own descendant", "correct the nodes' children");
-    const tinygltf::Node& n = gltf_.nodes[static_cast<std::size_t>(index)];
-    const Matrix matrix = multiply(parent, local_matrix(n));
-    if (n.mesh >= 0) ATRIUM_RETURN_IF_ERROR(mesh(n, index, matrix));
-    for (const int child : n.children) ATRIUM_RETURN_IF_ERROR(node(child, matrix, depth + 1));
-    return {};
+  // The nodes that are nobody's children.
+  std::vector<int> roots() const {
+    std::vector<bool> child(gltf_.nodes.size(), false);
+    for (const tinygltf::Node& n : gltf_.nodes)
+      for (const int c : n.children)
+        if (c >= 0 && static_cast<std::size_t>(c) < child.size())
+          child[static_cast<std::size_t>(c)] = true;
+    std::vector<int> result;
+    for (std::size_t i = 0; i < child.size(); ++i)
+      if (!child[i]) result.push_back(static_cast<int>(i));
+    return result;
   }
 
-  Status mesh(const tinygltf::Node& n, int index, const Matrix& matrix) {
-    const std::string place = "nodes[" + std::to_string(index) + "]";
+  Status mesh(const tinygltf::Node& n, const std::string& place, const Matrix& matrix) {
     if (static_cast<std::size_t>(n.mesh) >= gltf_.meshes.size())
       return broken(place, "there is no mesh " + std::to_string(n.mesh), "correct the file");
     const tinygltf::Mesh& m = gltf_.meshes[static_cast<std::size_t>(n.mesh)];

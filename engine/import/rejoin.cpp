@@ -1,5 +1,8 @@
 #include "engine/import/rejoin.h"
 
+// OpenMesh fills new entries with default points, which it leaves uninitialized; seen only under
+// the sanitizers.
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 #include <algorithm>
 #include <cmath>
@@ -36,7 +39,7 @@ class Region {
       for (const std::uint32_t v : rings[f]) {
         const auto [at, added] = handles.try_emplace(v);
         if (added) {
-          at->second = mesh_.add_vertex({});
+          at->second = mesh_.add_vertex(HalfEdgeMesh::Point(0, 0, 0));
           vertices_.push_back(v);
         }
         corners.push_back(at->second);
