@@ -28,7 +28,7 @@ struct Command {
 };
 
 // Bytes for cluster records while a solution is read.
-inline constexpr std::size_t kReadingArena = 256u << 20;
+inline constexpr std::size_t kReadingArena = 64u << 20;
 
 Command gen_command();
 Command inspect_command();

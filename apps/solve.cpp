@@ -1,4 +1,7 @@
 // atrium solve SCENE -o RUN: the main job.
+#include <signal.h>
+#include <unistd.h>
+
 #include <fstream>
 #include <iostream>
 #include <iterator>
@@ -9,6 +12,8 @@
 
 namespace atrium {
 namespace {
+
+constexpr int kSignalBase = 128;  // of the exit codes of what a signal ended, as shells have it
 
 std::string progress_text(const Progress& p) {
   std::string text = format_time(p.seconds) + "  iteration " + std::to_string(p.iteration) + "  " +
@@ -42,10 +47,27 @@ Result<std::string> summary_text(const std::string& run) {
   return text;
 }
 
+// The first INT or TERM asks for a checkpoint and an end; a second one leaves at once.
+extern "C" void on_stop_signal(int signal) {
+  static volatile sig_atomic_t asked = 0;
+  if (asked != 0) _exit(kSignalBase + signal);
+  asked = 1;
+  request_stop();
+}
+
+void stop_on_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_stop_signal;
+  sigemptyset(&action.sa_mask);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
 Result<int> run_solve(SolveOptions& options, const Global& global, Console& console) {
   if (options.run_directory.empty())
     return usage_error("solve needs -o RUN", "name the run directory to make");
   options.threads = global.threads;
+  stop_on_signals();
   const Result<SolveSummary> summary = solve(
       options,
       [&](const Progress& p) { console.progress(p.seconds, [&] { return progress_text(p); }); },
@@ -66,7 +88,6 @@ Command solve_command() {
   auto options = std::make_shared<SolveOptions>();
   Command command{"solve", "compute the light in a scene", {}, {}};
   add_solve_options(command.options, *options);
-  command.options.output("the run directory to make", options->run_directory);
   command.run = [options](const Global& global, Console& console) {
     return run_solve(*options, global, console);
   };

@@ -32,6 +32,7 @@ Status add_features(const std::string& text, std::vector<std::string>& features)
 
 void add_solve_options(OptionSet& o, SolveOptions& s) {
   o.argument("SCENE", "one or more files: .obj, .gltf, .glb", 1, kMostFiles, s.scene.files);
+  o.output("the run directory to make", s.run_directory);
   add_scene_options(o, s.scene);
   o.size("memory", "of everything that depends on the scene", s.memory);
   o.size("arena", "the page cache's share of the memory", s.arena);

@@ -18,9 +18,9 @@ class MeshBuilder {
     if (full()) return;
     const ObjectId object = run_.model.clusters[id.value].object;
     if (object != object_) begin(object);
+    const std::vector<ShadedPatch> shaded = shade(cluster, run_.tolerance);
     for (std::size_t p = 0; p < cluster.size(); ++p)
-      if (cluster.patch_head(p).inert == 0)
-        add(cluster.patch(p), shade(cluster.patch(p), cluster.contacts(p), run_.tolerance));
+      if (cluster.patch_head(p).inert == 0) add(cluster.patch(p), shaded[p]);
     MeshObject& o = mesh_.objects.back();
     o.vertex_count = static_cast<std::uint32_t>(mesh_.vertices.size()) - o.first_vertex;
     o.triangle_count = static_cast<std::uint32_t>(mesh_.triangles.size()) - o.first_triangle;

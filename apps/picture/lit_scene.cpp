@@ -49,9 +49,7 @@ Result<const LitScene::Shaded*> LitScene::load(ClusterId cluster) {
   if (const Shaded* made = ready.load(std::memory_order_relaxed)) return made;
   const Result<ClusterView> view = solution_.cluster(cluster);
   if (!view.ok()) return view.status();
-  auto made = std::make_unique<Shaded>();
-  for (std::size_t p = 0; p < view->size(); ++p)
-    made->push_back(shade(view->patch(p), view->contacts(p), run().tolerance));
+  auto made = std::make_unique<Shaded>(shade(*view, run().tolerance));
   ready.store(made.get(), std::memory_order_release);
   shaded_[cluster.value] = std::move(made);
   return ready.load(std::memory_order_relaxed);

@@ -1,8 +1,9 @@
-// Shaded patch: what Gouraud shading needs of a patch's element tree. Each leaf is a face whose
-// outline holds, beside its own corners, those of finer neighbours on its edges, so that colours
-// agree along every edge and no crack shows. A corner's colour is the mean of the polynomials of
-// the leaves that meet there; leaves on different sides of a contact line keep their own. [THFH94
-// §5.3]
+// Shaded patches: what Gouraud shading needs of a cluster's element trees. Each leaf is a face
+// whose outline holds, beside its own corners, those of finer neighbours on its edges, so that
+// colours agree along every edge and no crack shows. A corner's colour is the mean of the
+// polynomials of the leaves that meet there; leaves on different sides of a contact line keep their
+// own. Patches of one plane and one paint are one sheet: neighbours across their rims count as
+// neighbours inside do. [THFH94 §5.3, plate II]
 //
 // Invariants:
 //  1. Radiosity is never negative: where a polynomial rings below zero it is clamped first.
@@ -20,7 +21,7 @@
 namespace atrium {
 
 struct ShadedCorner {
-  Vec2 p{0};              // in the patch's frame
+  Vec2 p{0};              // in the sheet's frame
   Spectrum radiosity{0};  // lm/m²
 };
 
@@ -40,7 +41,7 @@ struct ShadedBranch {
 };
 
 struct ShadedPatch {
-  Frame frame;
+  Frame frame;  // the sheet's: points are given in it
   bool emits = false;
   std::int32_t root = ~0;  // a branch, or ~face
   std::vector<ShadedBranch> branches;
@@ -53,8 +54,9 @@ struct ShadedPatch {
   }
 };
 
-// tolerance: m; corners nearer than it to one another or to an edge meet there.
-ShadedPatch shade(const PatchView& patch, std::span<const Segment2> contacts, double tolerance);
+// One for each patch of the cluster. tolerance: m; corners nearer than it to one another or to an
+// edge meet there.
+std::vector<ShadedPatch> shade(const ClusterView& cluster, double tolerance);
 
 std::size_t face_at(const ShadedPatch& patch, const Vec2& p);
 // Interpolated over the face's outline by mean value coordinates. [Floater 2003]

@@ -30,6 +30,13 @@ PatchTree random_tree(testing::Patches& patches, int splits, std::uint32_t seed)
   return tree;
 }
 
+// The only patch of a cluster that holds the tree.
+ShadedPatch shaded_alone(PatchTree tree) {
+  std::vector<PatchTree> trees{std::move(tree)};
+  const testing::Record record(0, trees);
+  return shade(record.view(), 1e-7).front();
+}
+
 void shake(PatchTree& tree, std::uint32_t seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> light(50, 150), slope(-10, 10);
@@ -47,7 +54,7 @@ TEST(ShadedPatch, NoCrackBetweenFacesOfAnySize) {
   testing::Patches patches(kOrder);
   PatchTree tree = random_tree(patches, 60, 1);
   shake(tree, 2);
-  const ShadedPatch shaded = shade(tree.view(), {}, 1e-7);
+  const ShadedPatch shaded = shaded_alone(tree);
   int compared = 0;
   for (const ShadedFace& face : shaded.faces) {
     const auto outline = shaded.outline_of(face);
@@ -91,7 +98,7 @@ TEST(ShadedPatch, LinearLightStaysLinear) {
       leaf = tree.elements[std::size_t(leaf)].child + static_cast<std::int32_t>(random() % 2);
     split_leaf(tree, leaf, 1e-3);
   }
-  const ShadedPatch shaded = shade(tree.view(), {}, 1e-7);
+  const ShadedPatch shaded = shaded_alone(tree);
   ASSERT_GT(shaded.faces.size(), 20u);
   std::uniform_real_distribution<double> place(0, 2);
   for (int i = 0; i < 200; ++i) {
@@ -107,7 +114,7 @@ TEST(ShadedPatch, TrianglesCoverThePatchOnce) {
   testing::Patches patches(kOrder);
   PatchTree tree = random_tree(patches, 80, 4);
   shake(tree, 5);
-  const ShadedPatch shaded = shade(tree.view(), {}, 1e-7);
+  const ShadedPatch shaded = shaded_alone(tree);
   std::vector<std::array<std::uint32_t, 3>> triangles;
   for (std::size_t f = 0; f < shaded.faces.size(); ++f) append_triangles(shaded, f, triangles);
   double sum = 0;
@@ -139,8 +146,9 @@ TEST(ShadedPatch, LightJumpsAcrossAContact) {
       tree.e[child * std::size_t(coefficient_count(kOrder) * kChannels) + std::size_t(c)] =
           right ? 100 : 1;
   }
-  const ShadedPatch with = shade(tree.view(), tree.contacts, 1e-7);
-  const ShadedPatch without = shade(tree.view(), {}, 1e-7);
+  const ShadedPatch with = shaded_alone(tree);
+  tree.contacts.clear();
+  const ShadedPatch without = shaded_alone(tree);
   const auto at = [](const ShadedPatch& s, double x) {
     const Vec2 p = s.frame.to_plane({x, 0.7, 0});
     return radiosity_at(s, s.faces[face_at(s, p)], p).x;
@@ -148,6 +156,36 @@ TEST(ShadedPatch, LightJumpsAcrossAContact) {
   EXPECT_NEAR(at(with, 0.999999), 1, 1e-9);
   EXPECT_NEAR(at(with, 1.000001), 100, 1e-9);
   EXPECT_NEAR(at(without, 1), 50.5, 1e-3);
+}
+
+// Two patches of one wall, one split finer, with frames of their own: along the rim they share both
+// show one colour; with another paint each keeps its own.
+TEST(ShadedPatch, PatchesOfOnePlaneAndPaintMeetWithoutASeam) {
+  for (const bool same_paint : {true, false}) {
+    testing::Patches patches(kOrder);
+    testing::Paint paint;
+    paint.reflectance = Spectrum(0.5);
+    const PatchId left = patches.add(Polygon{{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}}, paint);
+    if (!same_paint) paint.reflectance = Spectrum(0.25);
+    const PatchId right = patches.add(Polygon{{2, 3, 0}, {2, 0, 0}, {5, 0, 0}, {5, 3, 0}}, paint);
+    std::vector<PatchTree> trees{patches.tree(left), patches.tree(right)};
+    for (std::int32_t i = 0; i < 9; ++i) split_leaf(trees[1], i, 1e-3);
+    shake(trees[0], 6);
+    shake(trees[1], 7);
+    const testing::Record record(0, trees);
+    const std::vector<ShadedPatch> shaded = shade(record.view(), 1e-7);
+    const auto at = [](const ShadedPatch& s, const Vec3& x) {
+      const Vec2 p = s.frame.to_plane(x);
+      return radiosity_at(s, s.faces[face_at(s, p)], p).x;
+    };
+    double largest = 0;
+    for (double y = 0.05; y < 2; y += 0.1)
+      largest = std::max(largest, std::abs(at(shaded[0], {2, y, 0}) - at(shaded[1], {2, y, 0})));
+    if (same_paint)
+      EXPECT_LT(largest, 1e-6);
+    else
+      EXPECT_GT(largest, 1);
+  }
 }
 
 }  // namespace
