@@ -149,7 +149,7 @@ Result<GeneratedModel> furnace(const std::string& shape, double rho, double exit
 
 GeneratedModel grid_of_rooms(int k, std::optional<double> rho, std::uint64_t seed) {
   constexpr int kWidth = 5000, kDepth = 4000, kHeight = 2700;  // mm
-  constexpr double kLampLength = 1.2, kLampWidth = .6, kLampHeight = .08;
+  constexpr double kLampLength = 1.2, kLampWidth = .6, kLampHeight = .08, kLampDrop = .25;
   constexpr int kBoxes = 3;
   ModelBuilder out;
   const auto paint = [&](const char* name, const Spectrum& reflectance) {
@@ -168,12 +168,13 @@ GeneratedModel grid_of_rooms(int k, std::optional<double> rho, std::uint64_t see
   build_all(plan, out);
   for (int r = 0; r < plan.size(); ++r) {
     const Rect& a = plan.room(r).area;
-    const Vec3 middle(metres(a.a0 + a.a1) / 2, metres(a.b0 + a.b1) / 2, metres(kHeight));
+    const Vec3 middle(metres(a.a0 + a.a1) / 2, metres(a.b0 + a.b1) / 2,
+                      metres(kHeight) - kLampDrop);
     const Vec3 half(kLampLength / 2, kLampWidth / 2, 0);
     const Vec3 lo = middle - half - Vec3(0, 0, kLampHeight), hi = middle + half;
     out.begin(plan.room(r).name + "/lamp");
     out.rectangle(lamp, 2, -1, lo, {hi.x, hi.y, lo.z});
-    out.box(housing, lo, hi, kTopFace | kBottomFace);
+    out.box(housing, lo, hi, kBottomFace);
   }
   // The doorways are in the middle of the walls: boxes stand in three of the four quarters.
   for (int r = 0; r < plan.size(); ++r) {

@@ -16,7 +16,7 @@ constexpr int kOfficesASegment = 7;  // of corridor, about
 constexpr int kWindowWidth = 1800;
 constexpr int kPassageWidth = 1800, kPassageHeight = 2300;  // between stretches of corridor
 constexpr int kWideOpening = 2400, kWideHeight = 2300;
-constexpr int kGallerySill = 1000, kGalleryHead = 2400;
+constexpr int kGallerySill = 1000, kGalleryHead = 2400, kGalleryPitch = 3800;
 constexpr int kAtriumWidth = 12000, kItemWidth = 9300;  // of the core, before stretching
 constexpr int kAtriumFrom = 14;                         // offices along a corridor
 constexpr int kSignHeight = 2450;
@@ -362,13 +362,12 @@ class StoreyPlanner {
     for (int level = 0; level < options_.storeys; ++level) {
       const int z = level * kStoreyPitch;
       const std::string name = "opening_floor" + std::to_string(level + 1);
-      if (level == 0) {
-        open_both_ways(name, room, {middle - 3500, middle + 3500},
-                       hole(kWideOpening, z, 0, kWideHeight), false, level);
-      } else {
-        open_both_ways(name, room, {middle - 3800, middle, middle + 3800},
-                       hole(kWideOpening, z, kGallerySill, kGalleryHead), true, level);
-      }
+      const std::vector<int> middles{middle - kGalleryPitch, middle, middle + kGalleryPitch};
+      const bool gallery = level > 0;  // with a parapet; one storey's openings stand over another's
+      open_both_ways(name, room, middles,
+                     gallery ? hole(kWideOpening, z, kGallerySill, kGalleryHead)
+                             : hole(kWideOpening, z, 0, kWideHeight),
+                     gallery, level);
       add_zone(room, z + kLampHeight, kAtriumWeight);
       result_.lamps.back().name += "/level" + std::to_string(level + 1);
     }
