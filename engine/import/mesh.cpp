@@ -15,13 +15,6 @@ namespace {
 // stay planar and convex within the whole of it.
 constexpr double kWeldShare = 0.5;
 
-bool names_a_vertex_twice(const Ring& ring) {
-  if (ring.size() == 3) return false;
-  Ring sorted = ring;
-  std::sort(sorted.begin(), sorted.end());
-  return std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end();
-}
-
 // The ring from its least vertex on: equal for faces that differ in where they start only.
 Ring canonical(const Ring& ring) {
   Ring r = ring;

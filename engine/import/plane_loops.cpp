@@ -85,6 +85,12 @@ double turn(const Vec2& a, const Vec2& b) {
   return t < 0 ? t + 2 * kPi : t;
 }
 
+bool names_a_vertex_twice(const Ring& ring) {
+  Ring sorted = ring;
+  std::sort(sorted.begin(), sorted.end());
+  return std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end();
+}
+
 double signed_area(std::span<const Vec2> points, std::span<const std::uint32_t> ring) {
   double sum = 0;
   for (std::size_t i = 2; i < ring.size(); ++i)

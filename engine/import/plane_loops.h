@@ -19,6 +19,8 @@ inline double perp(const Vec2& a, const Vec2& b) { return a.x * b.y - a.y * b.x;
 // From direction a counter-clockwise to b, in [0, 2π).
 double turn(const Vec2& a, const Vec2& b);
 
+bool names_a_vertex_twice(const Ring& ring);
+
 double signed_area(std::span<const Vec2> points, std::span<const std::uint32_t> ring);
 double perimeter(std::span<const Vec2> points, std::span<const std::uint32_t> ring);
 

@@ -26,27 +26,20 @@ constexpr double kSameWay = 0.9;
 
 using HalfEdgeMesh = OpenMesh::PolyMesh_ArrayKernelT<>;  // topology alone: positions stay ours
 
-// The outlines of a region of faces, interior on the left, from its half-edges. Faces that OpenMesh
-// refuses, for they would make the region fold over itself, go to `outside`.
+// A region of faces as half-edges, and its outlines, interior on the left. Faces that OpenMesh
+// refuses, for they would make the region fold over itself, are named in outside().
 class Region {
  public:
-  Region(std::span<const std::uint32_t> faces, const std::vector<Ring>& rings,
-         std::vector<std::uint32_t>& outside) {
-    std::unordered_map<std::uint32_t, HalfEdgeMesh::VertexHandle> handles;
-    std::vector<HalfEdgeMesh::VertexHandle> corners;
-    for (const std::uint32_t f : faces) {
-      corners.clear();
-      for (const std::uint32_t v : rings[f]) {
-        const auto [at, added] = handles.try_emplace(v);
-        if (added) {
-          at->second = mesh_.add_vertex(HalfEdgeMesh::Point(0, 0, 0));
-          vertices_.push_back(v);
-        }
-        corners.push_back(at->second);
-      }
-      if (!mesh_.add_face(corners).is_valid()) outside.push_back(f);
+  Region(std::vector<std::uint32_t> faces, const std::vector<Ring>& rings) {
+    // A refused face leaves the mesh half changed: it is made anew without that one.
+    for (auto refused = add_all(faces, rings); refused != faces.end();
+         refused = add_all(faces, rings)) {
+      outside_.push_back(*refused);
+      faces.erase(refused);
     }
   }
+
+  const std::vector<std::uint32_t>& outside() const { return outside_; }
 
   std::vector<Ring> outlines() const {
     std::vector<Ring> loops;
@@ -63,6 +56,28 @@ class Region {
   }
 
  private:
+  // The first face refused, or the end.
+  std::vector<std::uint32_t>::iterator add_all(std::vector<std::uint32_t>& faces,
+                                               const std::vector<Ring>& rings) {
+    mesh_.clear();
+    vertices_.clear();
+    std::unordered_map<std::uint32_t, HalfEdgeMesh::VertexHandle> handles;
+    std::vector<HalfEdgeMesh::VertexHandle> corners;
+    for (auto f = faces.begin(); f != faces.end(); ++f) {
+      corners.clear();
+      for (const std::uint32_t v : rings[*f]) {
+        const auto [at, added] = handles.try_emplace(v);
+        if (added) {
+          at->second = mesh_.add_vertex(HalfEdgeMesh::Point(0, 0, 0));
+          vertices_.push_back(v);
+        }
+        corners.push_back(at->second);
+      }
+      if (!mesh_.add_face(corners).is_valid()) return f;
+    }
+    return faces.end();
+  }
+
   static std::size_t index(HalfEdgeMesh::HalfedgeHandle h) {
     return static_cast<std::size_t>(h.idx());
   }
@@ -78,6 +93,7 @@ class Region {
 
   HalfEdgeMesh mesh_;
   std::vector<std::uint32_t> vertices_;  // of the handles
+  std::vector<std::uint32_t> outside_;
 };
 
 class Rejoiner {
@@ -137,10 +153,10 @@ class Rejoiner {
   }
 
   void region(const std::vector<std::uint32_t>& faces) {
-    std::vector<std::uint32_t> outside;
     if (faces.size() > 1) {
       const std::size_t vertices = mesh_.vertices.size();
-      const Region joined(faces, rings_, outside);
+      const Region joined(faces, rings_);
+      const std::vector<std::uint32_t>& outside = joined.outside();
       if (outside.size() + 1 < faces.size() && join(faces, joined.outlines(), outside)) {
         for (const std::uint32_t f : outside) {
           warnings_.add("faces that fold over others of their plane, not rejoined",

@@ -104,7 +104,8 @@ void enter_junctions(const Mesh& mesh, std::span<const std::uint32_t> faces,
       entered.push_back(a);
       if (edges.find(b, a).empty()) corners.within(a, b, entered);
     }
-    if (entered.size() > ring.size()) rings[f] = entered;
+    // A corner near two edges of one narrow ring would pinch it: that ring stays as it is.
+    if (entered.size() > ring.size() && !names_a_vertex_twice(entered)) rings[f] = entered;
   }
 }
 

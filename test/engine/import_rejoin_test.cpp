@@ -138,6 +138,19 @@ TEST_F(ImportRejoin, FacesFoldedOverOthersAreKept) {
   EXPECT_NEAR(area_of(scene, kFront), 1.25, 1e-9);
 }
 
+TEST_F(ImportRejoin, ACornerNearBothEdgesOfATipDoesNotPinchIt) {
+  // A tip at the origin, an eighth of a radian wide, that its neighbour makes longer; and another
+  // face's corner within tolerance of both edges of the tip.
+  const Scene scene = imported(ObjText()
+                                   .object("x")
+                                   .face({{0, 0, 0}, {4, 0, 0}, {4, 0.5, 0}})
+                                   .face({{4, 0, 0}, {6, 0, 0}, {4, 0.5, 0}})
+                                   .face({{4e-6, 2.5e-7, 0}, {-1, 1, 0}, {-1, -1, 0}}));
+  expect_sound(scene);
+  EXPECT_EQ(scene.patches, 2u);
+  EXPECT_NEAR(area_of(scene, kFront), 1 + 0.5 + 1, 1e-5);
+}
+
 class ImportScales : public ImportTest,
                      public testing::WithParamInterface<std::pair<double, double>> {};
 
