@@ -48,7 +48,8 @@ struct Patch {
   std::uint8_t inert = 0;  // 1: the black back of a one-sided surface: blocks, absorbs, no more
 };
 
-// Where another surface meets a patch's plane on its lit side: radiosity may jump across it.
+// Where another surface meets a patch's plane on its lit side, or ends close over it: radiosity may
+// jump across it.
 struct Contact {
   Vec3 a, b;  // in the patch's plane
 };

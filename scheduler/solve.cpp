@@ -31,7 +31,7 @@ std::atomic<bool> stop_flag{false};
 // so that brightness is known roughly before it decides what is worth refining.
 constexpr std::array<double, 3> kLevels{16, 4, 1};
 // Link threshold of the last level ÷ error asked for. Measured; see bench/README.md.
-constexpr double kThresholdOfError = 0.012;
+constexpr double kThresholdOfError = 0.008;
 // A level ends when the light still to come is below this share of all: coarse ones, and for the
 // last relative to the error asked for.
 constexpr double kCoarseRest = 0.05;

@@ -68,7 +68,7 @@ double length_inside(std::span<const Vec2> outline, const Segment2& s) {
 // The contact worth splitting along: the longest inside the element, if it is of the element's size.
 bool contact_line(const PatchTree& tree, const Element& element, Line& line) {
   constexpr double kWorthwhile = 0.5;  // of the element's radius
-  constexpr double kLeastShare = 0.02;  // of the element's area, for either part
+  constexpr double kLeastShare = 1e-3;  // of the element's area, for either part
   const std::span<const Vec2> outline = tree.view().polygon(element);
   double best = kWorthwhile * element.radius;
   bool found = false;

@@ -15,7 +15,7 @@ constexpr double kThin = 0.2;
 // Root mean square error left by a mixed bundle of 16 segments, relative to √(v(1-v)) of the transfer.
 constexpr double kMixed = 0.5;
 // The same for a bundle that agrees on every segment though something may stand between.
-constexpr double kUnsure = 0.02;
+constexpr double kUnsure = 0.04;
 // From centre against mean of a parabola's four Gauss nodes to the root mean square of its misfit to a
 // plane: √(4/45) / (1/3).
 constexpr double kBowl = 0.894;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "visibility/plane_cluster.h"
 
@@ -10,13 +11,16 @@ namespace atrium {
 
 namespace {
 
-// A plane is worth a split if what lies in it there has at least this area, as a share of the
-// scene's diagonal squared (0.25 m² in a building of 70 m), ...
-constexpr double kMinArea = 5e-5;
-// ... and covers this share of the node's section, or has this area (15 m² in that building), or
-// closes a section that is a strip: the hole of a stair parts a slab's inside from the air.
+// A plane is worth a split if what lies in it there has at least this area: a share of the scene's
+// median surface by area, for in a single room furniture is not the building's walls; but within
+// these shares of the scene's diagonal squared (0.25 and 5 m² in a building of 70 m).
+constexpr double kMinAreaOfMedian = 0.01;
+constexpr double kMinAreaLeast = 5e-5, kMinAreaMost = 1e-3;
+// It must also cover this share of the node's section, or be large likewise (15 and 25 m² there),
+// or close a section that is a strip: the hole of a stair parts a slab's inside from the air.
 constexpr double kMinCoverage = 0.3;
-constexpr double kLargeArea = 3e-3;
+constexpr double kLargeAreaOfMedian = 0.05;
+constexpr double kLargeAreaLeast = 3e-3, kLargeAreaMost = 5e-3;
 // Score: coverage × area to this power. [facts: visibility, step 2]
 constexpr double kAreaPower = 0.15;
 // Of scores that agree to this the first plane's wins: a turned copy rounds otherwise.
@@ -35,12 +39,29 @@ struct PlaneTally {
   double along = 0, against = 0;  // m²
 };
 
+// Half of the scene's area is in surfaces of at most this area.
+double median_area(const Scene& scene) {
+  std::vector<double> areas;
+  for (const Surface& s : scene.surfaces) areas.push_back(area(scene.polygon(s)));
+  std::sort(areas.begin(), areas.end());
+  const double half = 0.5 * std::accumulate(areas.begin(), areas.end(), 0.0);
+  double sum = 0;
+  for (double a : areas)
+    if ((sum += a) >= half) return a;
+  return 0;
+}
+
 class Builder {
  public:
   Builder(const Scene& scene, Bsp& bsp)
       : bsp_(bsp), diagonal_(scene.bounds.diagonal()), center_(scene.bounds.center()) {
+    const double square = diagonal_ * diagonal_, median = median_area(scene);
+    min_area_ =
+        std::clamp(kMinAreaOfMedian * median, kMinAreaLeast * square, kMinAreaMost * square);
+    large_area_ =
+        std::clamp(kLargeAreaOfMedian * median, kLargeAreaLeast * square, kLargeAreaMost * square);
     std::vector<Fragment> fragments;
-    PlaneClusters found = cluster_planes(scene, kMinArea * diagonal_ * diagonal_);
+    PlaneClusters found = cluster_planes(scene, min_area_);
     planes_ = std::move(found.planes);
     for (const PlaneClusters::Member& m : found.members) {
       const PolygonView p = scene.polygon(scene.surfaces[m.surface.value]);
@@ -119,12 +140,12 @@ class Builder {
     for (std::uint32_t p : here) {
       const double covered = std::max(tally_[p].along, tally_[p].against);
       tally_[p] = {};
-      if (covered < kMinArea * diagonal_ * diagonal_) continue;
+      if (covered < min_area_) continue;
       Polygon cut = section(planes_[p], faces);
       const double thin = cut.empty() ? 0 : strip_width(cut);
       if (thin < kSliverTolerances * bsp_.tolerance) continue;
       const double coverage = std::min(1.0, covered / area(cut));
-      const double large = std::min(kLargeArea * diagonal_ * diagonal_, thin * thin);
+      const double large = std::min(large_area_, thin * thin);
       if (coverage < kMinCoverage && covered < large) continue;
       const double score = coverage * std::pow(covered, kAreaPower);
       if (score > best_score * (1 + kSameScore)) {
@@ -206,6 +227,7 @@ class Builder {
   Bsp& bsp_;
   double diagonal_;
   Vec3 center_;
+  double min_area_ = 0, large_area_ = 0;  // m²
   std::vector<CandidatePlane> planes_;
   std::vector<PlaneTally> tally_;
 };

@@ -9,8 +9,14 @@
 namespace atrium {
 
 namespace {
-// Windows one flow may cut before it is only flooded.
-constexpr std::size_t kMostSteps = 100000;
+// Windows that all flows from cells together, or from clusters, may look at; each has its share of
+// them before it is only flooded. A count, not a clock: the same on every machine.
+constexpr std::size_t kMostSteps = 50'000'000;
+constexpr std::size_t kLeastSteps = 1000;
+
+std::size_t steps_each(std::size_t flows) {
+  return std::max(kLeastSteps, kMostSteps / std::max<std::size_t>(flows, 1));
+}
 }  // namespace
 
 // Scratch of one thread: a flow, and the clusters found so far, each once.
@@ -74,13 +80,14 @@ void CellVisibility::collect_flow(Worker& worker) const {
 std::vector<CellVisibility::ClusterRow> CellVisibility::from_cells() const {
   tbb::enumerable_thread_specific<Worker> workers([&] { return Worker(graph_, clusters_); });
   std::vector<ClusterRow> through(graph_.portals.size());
+  const std::size_t steps = steps_each(through.size());
   tbb::parallel_for(std::size_t{0}, through.size(), [&](std::size_t p) {
     Worker& worker = workers.local();
     worker.begin();
     const DirectedPortal& portal = graph_.portals[p];
     for (std::uint32_t i : places_in_[portal.to])
       if (seen(places_[i], {&portal.plane, 1})) worker.add(places_[i].cluster);
-    worker.flow.run_through(static_cast<std::uint32_t>(p), kMostSteps);
+    worker.flow.run_through(static_cast<std::uint32_t>(p), steps);
     collect_flow(worker);
     through[p] = worker.row();
   });
@@ -103,14 +110,14 @@ std::vector<CellVisibility::ClusterRow> CellVisibility::from_clusters(
   std::vector<std::vector<std::uint32_t>> places_of(clusters_);
   for (std::uint32_t i = 0; i < places_.size(); ++i) places_of[places_[i].cluster].push_back(i);
   std::vector<ClusterRow> rows(clusters_);
+  const std::size_t steps = steps_each(places_.size());
   tbb::parallel_for(std::size_t{0}, clusters_, [&](std::size_t c) {
     Worker& worker = workers.local();
     worker.begin();
     for (std::uint32_t i : places_of[c]) {
       const ClusterInCell& place = places_[i];
       collect_cell(place.cell, worker);
-      worker.flow.run_from_cell(source_of(frame_, place.box, graph_.tolerance), place.cell,
-                                kMostSteps);
+      worker.flow.run_from_cell(source_of(frame_, place.box, graph_.tolerance), place.cell, steps);
       collect_flow(worker);
     }
     const ClusterRow row = worker.row();

@@ -62,6 +62,29 @@ std::optional<Segment> meet(PolygonView polygon, const Plane& plane, double tole
   return longest;
 }
 
+// A surface hovers over a plane where all of it is in front, nearer than this share of its size: a
+// lamp's panel below a ceiling, a sign on a wall.
+constexpr double kHover = 0.1;
+
+bool hovers(PolygonView polygon, const Plane& plane, double tolerance) {
+  const double reach = kHover * bounds(polygon).diagonal();
+  for (const Vec3& x : polygon) {
+    const double d = plane.distance(x);
+    if (d <= tolerance || d > reach) return false;
+  }
+  return true;
+}
+
+// Its outline, seen along the plane's normal: what it lights or shades below it ends there.
+void add_outline(PolygonView hovering, PolygonView polygon, const Plane& plane, double inset,
+                 std::vector<Segment>& out) {
+  const auto down = [&](const Vec3& x) { return x - plane.distance(x) * plane.normal; };
+  for (std::size_t i = 0; i < hovering.size(); ++i) {
+    const Segment edge{down(hovering[i]), down(hovering[(i + 1) % hovering.size()])};
+    if (const auto inside = clip_inside(polygon, plane.normal, edge, inset)) out.push_back(*inside);
+  }
+}
+
 // Merges segments that overlap on one line, within tolerance.
 std::vector<Contact> merge(std::vector<Segment> segments, double tolerance) {
   std::stable_sort(segments.begin(), segments.end(), [](const Segment& s, const Segment& t) {
@@ -110,14 +133,17 @@ std::vector<Contact> find_contacts(const Scene& scene, const BoxTree& surfaces,
   const Plane plane = plane_of(polygon);
   const double inset = kSliverTolerances * scene.tolerance;
   Box near = bounds(polygon);
-  near.lo -= Vec3{scene.tolerance};
-  near.hi += Vec3{scene.tolerance};
+  const double reach = scene.tolerance + kHover * near.diagonal();
+  near.lo -= Vec3{reach};
+  near.hi += Vec3{reach};
   std::vector<std::uint32_t> found;
   surfaces.visit(near, [&](std::uint32_t s) { found.push_back(s); });
   std::sort(found.begin(), found.end());
   std::vector<Segment> segments;
   for (std::uint32_t s : found) {
-    const auto line = meet(scene.polygon(scene.surfaces[s]), plane, scene.tolerance);
+    const PolygonView other = scene.polygon(scene.surfaces[s]);
+    if (hovers(other, plane, scene.tolerance)) add_outline(other, polygon, plane, inset, segments);
+    const auto line = meet(other, plane, scene.tolerance);
     if (!line) continue;
     if (const auto inside = clip_inside(polygon, plane.normal, *line, inset))
       segments.push_back(*inside);

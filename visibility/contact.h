@@ -1,5 +1,6 @@
 // Contacts: the segments of a patch's plane where other surfaces meet it on its lit side. Radiosity
-// may jump across them: a box's foot on the floor, a partition's on a slab that runs on under it.
+// may jump across them: a box's foot on the floor, a partition's on a slab that runs on under it. The
+// outline of what hovers close over the plane counts too: a lamp's panel just below a ceiling.
 // Pure functions; safe from any thread.
 #pragma once
 
