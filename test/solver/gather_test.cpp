@@ -37,7 +37,10 @@ class Gather : public ::testing::Test {
     return slots_.g[(element * kK + a) * kGatherChannels + c];
   }
   void run(const LinkSet& set, double cap) {
-    gather(set, record_->view(), kOrder, receiver_.elements, cap, slots_, mean_);
+    const Braid braid = plait(ClusterId(7u), std::span(&set, 1));
+    ASSERT_EQ(braid.strands.size(), 1u);
+    gather(braid, braid.strands[0], record_->view(), kOrder, receiver_.elements, cap, slots_,
+           mean_);
   }
 
   Patches patches_;
@@ -89,6 +92,37 @@ TEST_F(Gather, ThinLinkCarriesMeansOnly) {
   EXPECT_EQ(slot(2, 0, kRowSum), 0.25);
   for (int a = 1; a < kK; ++a)
     for (int c = 0; c < kGatherChannels; ++c) EXPECT_EQ(slot(2, a, c), 0);
+}
+
+// Strands of a braid are the sets of its receiver's patches, those without links left out.
+TEST_F(Gather, PlaitedSetsAreTheStrands) {
+  LinkSet none, thin, both;
+  thin.thin.push_back({{2, 1, 1}, 0.25f});
+  both.links.push_back({1, 1, 2});
+  both.couplings = {.5f, .25f, -.125f, .0625f, .5f, 0, -.25f, 0, .125f};
+  both.thin.push_back({{0, 1, 1}, 0.125f});
+  const std::vector<LinkSet> sets{none, both, none, thin, both};
+  const Braid braid = plait(ClusterId(7u), sets);
+  EXPECT_EQ(braid.source, ClusterId(7u));
+  EXPECT_EQ(braid.count(), 5u);
+  ASSERT_EQ(braid.strands.size(), 3u);
+  const std::uint32_t patches[] = {1, 3, 4};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Braid::Strand& s = braid.strands[i];
+    EXPECT_EQ(s.patch, patches[i]);
+    EXPECT_EQ(s.links, sets[s.patch].links.size());
+    EXPECT_EQ(s.thin, sets[s.patch].thin.size());
+  }
+  // Each strand gathers what its set alone does.
+  for (std::size_t i = 0; i < 3; ++i) {
+    slots_.reset(receiver_.elements.size(), kK);
+    run(sets[patches[i]], kNoCap);
+    const std::vector<double> alone = slots_.g;
+    slots_.reset(receiver_.elements.size(), kK);
+    gather(braid, braid.strands[i], record_->view(), kOrder, receiver_.elements, kNoCap, slots_,
+           mean_);
+    EXPECT_EQ(slots_.g, alone);
+  }
 }
 
 // Means are weighed by form factor and receiving area; a source above the cap counts with its

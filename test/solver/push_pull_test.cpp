@@ -237,7 +237,7 @@ TEST(Closing, MissingShareComesFromTheRoom) {
   const Spectrum e{10, 20, 30}, room{100, 200, 400};
   for (int c = 0; c < kChannels; ++c) slots.g[c] = e[c];
   slots.g[kRowSum] = 0.9;
-  push_pull(tree, slots, {.closed = true, .mean_radiosity = room});
+  push_pull(tree, slots, {.how = Closing::How::kEachLeaf, .mean_radiosity = room});
   for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(tree.e[c], e[c] + 0.1 * room[c], 1e-12);
 }
 
@@ -246,8 +246,25 @@ TEST(Closing, OpenRowsAreLeftAsTheyAre) {
   GatherSlots slots;
   slots.reset(1, 1);
   slots.g = {10, 20, 30, 0.9};
-  push_pull(tree, slots, {.closed = false, .mean_radiosity = Spectrum{100}});
+  push_pull(tree, slots, {.how = Closing::How::kOpen, .mean_radiosity = Spectrum{100}});
   EXPECT_EQ(tree.e, (std::vector<double>{10, 20, 30}));
+}
+
+// What a patch as a whole misses is spread over all of it.
+TEST(Closing, WholePatchGetsItsMissingShareEverywhere) {
+  PatchTree tree = tree_of(shapes()[3], 2);
+  grow(tree, 7);
+  GatherSlots slots;
+  slots.reset(tree.elements.size(), tree.view().k());
+  const Spectrum e{10, 20, 30}, room{100, 200, 400};
+  for (int c = 0; c < kChannels; ++c) slots.g[c] = e[c];
+  slots.g[kRowSum] = 0.7;  // a tenth of the directions leaves the scene
+  push_pull(tree, slots,
+            {.how = Closing::How::kWholePatch, .missing = 0.2, .mean_radiosity = room});
+  for (std::size_t i = 0; i < tree.elements.size(); ++i)
+    for (const Vec2& p : tree.view().polygon(tree.elements[i]))
+      for (int c = 0; c < kChannels; ++c)
+        EXPECT_NEAR(value_at(tree, i, p, c), e[c] + 0.2 * room[c], 1e-11);
 }
 
 // In a furnace every source has the same B: whatever the row sums are, and however they vary over
@@ -265,7 +282,7 @@ TEST(Closing, FurnaceIsUniformWhateverTheRowsAre) {
       for (std::size_t i = 0; i < tree.elements.size() * k; ++i)
         for (int c = 0; c < kChannels; ++c)
           slots.g[i * kGatherChannels + c] = b[c] * slots.g[i * kGatherChannels + kRowSum];
-      push_pull(tree, slots, {.closed = true, .mean_radiosity = b});
+      push_pull(tree, slots, {.how = Closing::How::kEachLeaf, .mean_radiosity = b});
       for (std::size_t i = 0; i < tree.elements.size(); ++i)
         for (const Vec2& p : tree.view().polygon(tree.elements[i]))
           for (int c = 0; c < kChannels; ++c)

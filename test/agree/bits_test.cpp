@@ -1,0 +1,83 @@
+// The same bits for any number of threads, any arena and any policy.
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "pagestore/policy.h"
+#include "test/agree/scenes.h"
+
+namespace atrium::testing {
+namespace {
+
+// Four rooms joined by doorways, three boxes in each; and one run of it to compare with.
+class SameBits : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    bench_ = std::make_unique<Bench>(generated({.kind = "rooms", .grid = 2}));
+    SolvedRun run(options());
+    ASSERT_TRUE(run.ok());
+    records_ = run.records();
+    summary_ = run.summary();
+    std::size_t bytes = 0;
+    for (const Record& r : records_) bytes += r.size();
+    ASSERT_GT(bytes, 100000u);  // that there is something to compare
+  }
+  static void TearDownTestSuite() { bench_.reset(); }
+
+  static SolveOptions options() {
+    SolveOptions o = bench_->options();
+    o.error = 0.05;
+    o.threads = 1;
+    o.arena = std::uint64_t{256} << 20;
+    return o;
+  }
+
+  static SolveSummary expect_same(const SolveOptions& o) {
+    SolvedRun run(o);
+    EXPECT_TRUE(run.ok());
+    if (!run.ok()) return {};
+    const std::vector<Record> records = run.records();
+    EXPECT_EQ(records.size(), records_.size());
+    for (std::size_t c = 0; c < std::min(records.size(), records_.size()); ++c)
+      EXPECT_TRUE(records[c] == records_[c]) << "cluster " << c;
+    EXPECT_EQ(run.summary().iterations, summary_.iterations);
+    EXPECT_EQ(run.summary().flux_absorbed, summary_.flux_absorbed);
+    return run.summary();
+  }
+
+  using Record = std::vector<std::byte>;
+  static inline std::unique_ptr<Bench> bench_;
+  static inline std::vector<Record> records_;
+  static inline SolveSummary summary_;
+};
+
+TEST_F(SameBits, OnceMore) { expect_same(options()); }
+
+TEST_F(SameBits, TwoAndThreeThreads) {
+  for (const int threads : {2, 3}) {
+    SCOPED_TRACE(threads);
+    SolveOptions o = options();
+    o.threads = threads;
+    expect_same(o);
+  }
+}
+
+// In the smallest arena that will do records come and go all the time, whoever chooses them.
+TEST_F(SameBits, TinyArenaUnderEveryPolicy) {
+  EXPECT_EQ(summary_.evictions, 0u);
+  for (const std::string& policy : policy_names()) {
+    SCOPED_TRACE(policy);
+    SolveOptions o = options();
+    o.policy = policy;
+    o.arena = 0;
+    const Result<Plan> planned = plan(o);
+    ASSERT_TRUE(planned.ok()) << planned.status().message();
+    o.arena = planned->smallest_arena;
+    const SolveSummary s = expect_same(o);
+    EXPECT_GT(s.evictions, 0u);
+    EXPECT_LT(s.hit_ratio, 1);
+  }
+}
+
+}  // namespace
+}  // namespace atrium::testing
