@@ -45,8 +45,8 @@ constexpr double kHallEyeShare = 0.45;
 constexpr double kTargetShare = 0.42;  // of the room's height
 constexpr double kInset = 0.86;        // of the way from the middle to a wall
 constexpr std::size_t kMostRooms = 12;
-constexpr std::size_t kFewPatches = 64;  // of a scene that is a box with little in it
-constexpr double kLongScene = 2.5;       // extents' ratio; longer is no such box
+constexpr std::size_t kFewPatches = 100;  // of a scene that is a box with little in it
+constexpr double kLongScene = 2.5;        // extents' ratio; longer is no such box
 constexpr int kProbeWidth = 40, kProbeHeight = 30;
 
 double eye_height(double room_height) {
@@ -151,7 +151,7 @@ std::vector<Candidate> candidates(const RunModel& run, const Vec3& up, double fo
   std::vector<Box> rooms = lit_rooms(run.model);
   const Room all(run.bounds, up);
   const double longer = std::max(all.half_across, all.half_along);
-  if (rooms.size() == 1 && run.model.patches.size() <= kFewPatches &&
+  if (run.model.patches.size() <= kFewPatches &&
       longer <= kLongScene * std::min(all.half_across, all.half_along))
     return outside(all, up, fov, aspect);
   if (rooms.size() > kMostRooms) rooms.resize(kMostRooms);
@@ -214,6 +214,7 @@ Result<Vec3> up_direction(Solution& solution) {
   const Status read = solution.for_each_cluster([&](ClusterId, const ClusterView& cluster) {
     for (std::size_t p = 0; p < cluster.size(); ++p) {
       const PatchHead& head = cluster.patch_head(p);
+      if (solution.run().model.patches[head.patch].back != 0) continue;
       const double lumens = head.area * luminance(head.exitance);
       flux += lumens;
       flow += lumens * head.frame.n;

@@ -9,7 +9,8 @@
 
 namespace atrium {
 
-// The coordinate axis that is up: against the way the lamps shine; z where they shine all ways.
+// The coordinate axis that is up: against the way the lamps' fronts shine; z where they shine all
+// ways.
 Result<Vec3> up_direction(Solution& solution);
 
 // The view from eye height that shows most and reaches furthest, among those from the corners and

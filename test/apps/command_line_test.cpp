@@ -99,6 +99,18 @@ TEST(CommandLine, BudgetTooSmallIsRefusedWithTheSmallestThatWillDo) {
   EXPECT_NE(taken.code, 2) << taken.err;
 }
 
+// Far more work than the second it is given.
+TEST(CommandLine, TermEndsASolveWith75AndAValidRun) {
+  const Folder folder;
+  const std::string scene = folder / "rooms.obj";
+  ASSERT_EQ(run({"gen", "rooms", "--grid", "6", "-o", scene}).code, 0);
+  const Ended e = run({"solve", scene, "-o", folder / "run", "--error", "0.5%", "--json"},
+                      "timeout --preserve-status -s TERM 1");
+  EXPECT_EQ(e.code, 75) << e.err;
+  EXPECT_EQ(Json::parse(e.out)["exit_code"], 75);
+  EXPECT_EQ(run({"inspect", folder / "run", "--json"}).code, 0);
+}
+
 // Kd as the generator wrote it.
 double reflectance_in(const std::string& mtl) {
   const std::string text = read_file(mtl);

@@ -49,12 +49,12 @@ inline std::string quoted(const std::string& word) {
   return text + "'";
 }
 
-// environment: "ATRIUM_RHO=0.25", put before the command.
-inline Ended run(const std::vector<std::string>& words, const std::string& environment = "",
+// before: "ATRIUM_RHO=0.25", or another program to run this one.
+inline Ended run(const std::vector<std::string>& words, const std::string& before = "",
                  const std::string& input = "") {
   const Folder folder;
   write_file(folder / "in", input);
-  std::string line = environment + " " + quoted(ATRIUM_PROGRAM);
+  std::string line = before + " " + quoted(ATRIUM_PROGRAM);
   for (const std::string& w : words) line += " " + quoted(w);
   line +=
       " <" + quoted(folder / "in") + " >" + quoted(folder / "out") + " 2>" + quoted(folder / "err");
