@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "visibility/plane_cluster.h"
 
@@ -11,16 +10,13 @@ namespace atrium {
 
 namespace {
 
-// A plane is worth a split if what lies in it there has at least this area: a share of the scene's
-// median surface by area, for in a single room furniture is not the building's walls; but within
-// these shares of the scene's diagonal squared (0.25 and 5 m² in a building of 70 m).
-constexpr double kMinAreaOfMedian = 0.01;
-constexpr double kMinAreaLeast = 5e-5, kMinAreaMost = 1e-3;
-// It must also cover this share of the node's section, or be large likewise (15 and 25 m² there),
-// or close a section that is a strip: the hole of a stair parts a slab's inside from the air.
+// Besides having the grain's area, what lies in a plane must cover this share of the node's section
+// to be worth a split, or have this area (a share of the diagonal squared; 15 m² in a building of
+// 70 m) or this many grains, or close a section that is a strip: the hole of a stair parts a slab's
+// inside from the air.
 constexpr double kMinCoverage = 0.3;
-constexpr double kLargeAreaOfMedian = 0.05;
-constexpr double kLargeAreaLeast = 3e-3, kLargeAreaMost = 5e-3;
+constexpr double kLargeArea = 3e-3;
+constexpr double kLargeGrains = 5;
 // Score: coverage × area to this power. [facts: visibility, step 2]
 constexpr double kAreaPower = 0.15;
 // Of scores that agree to this the first plane's wins: a turned copy rounds otherwise.
@@ -39,27 +35,12 @@ struct PlaneTally {
   double along = 0, against = 0;  // m²
 };
 
-// Half of the scene's area is in surfaces of at most this area.
-double median_area(const Scene& scene) {
-  std::vector<double> areas;
-  for (const Surface& s : scene.surfaces) areas.push_back(area(scene.polygon(s)));
-  std::sort(areas.begin(), areas.end());
-  const double half = 0.5 * std::accumulate(areas.begin(), areas.end(), 0.0);
-  double sum = 0;
-  for (double a : areas)
-    if ((sum += a) >= half) return a;
-  return 0;
-}
-
 class Builder {
  public:
-  Builder(const Scene& scene, Bsp& bsp)
+  Builder(const Scene& scene, double grain, Bsp& bsp)
       : bsp_(bsp), diagonal_(scene.bounds.diagonal()), center_(scene.bounds.center()) {
-    const double square = diagonal_ * diagonal_, median = median_area(scene);
-    min_area_ =
-        std::clamp(kMinAreaOfMedian * median, kMinAreaLeast * square, kMinAreaMost * square);
-    large_area_ =
-        std::clamp(kLargeAreaOfMedian * median, kLargeAreaLeast * square, kLargeAreaMost * square);
+    min_area_ = grain * diagonal_ * diagonal_;
+    large_area_ = std::max(kLargeArea, kLargeGrains * grain) * diagonal_ * diagonal_;
     std::vector<Fragment> fragments;
     PlaneClusters found = cluster_planes(scene, min_area_);
     planes_ = std::move(found.planes);
@@ -234,10 +215,10 @@ class Builder {
 
 }  // namespace
 
-Bsp build_bsp(const Scene& scene) {
+Bsp build_bsp(const Scene& scene, double grain) {
   Bsp bsp;
   bsp.tolerance = scene.tolerance;
-  Builder(scene, bsp);
+  Builder(scene, grain, bsp);
   return bsp;
 }
 

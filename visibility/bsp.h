@@ -59,7 +59,9 @@ struct Bsp {
   double tolerance = 0;
 };
 
-Bsp build_bsp(const Scene& scene);
+// `grain`: the least area of surfaces in a plane worth a split, as a share of the scene's diagonal
+// squared.
+Bsp build_bsp(const Scene& scene, double grain);
 
 // What of a polygon one cell has.
 struct CellPiece {

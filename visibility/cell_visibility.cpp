@@ -13,11 +13,25 @@ namespace {
 // them before it is only flooded. A count, not a clock: the same on every machine.
 constexpr std::size_t kMostSteps = 50'000'000;
 constexpr std::size_t kLeastSteps = 1000;
+// Portals that expected_steps tries.
+constexpr std::size_t kSample = 128;
 
 std::size_t steps_each(std::size_t flows) {
   return std::max(kLeastSteps, kMostSteps / std::max<std::size_t>(flows, 1));
 }
 }  // namespace
+
+double expected_steps(const PortalGraph& graph) {
+  const std::size_t n = graph.portals.size();
+  const std::size_t stride = std::max<std::size_t>(1, n / kSample);
+  PortalFlow flow(graph);
+  double steps = 0, tried = 0;
+  for (std::size_t p = 0; p < n; p += stride, ++tried) {
+    flow.run_through(static_cast<std::uint32_t>(p), steps_each(n));
+    steps += double(flow.steps());
+  }
+  return tried > 0 ? steps / tried * double(n) : 0;
+}
 
 // Scratch of one thread: a flow, and the clusters found so far, each once.
 struct CellVisibility::Worker {

@@ -20,6 +20,9 @@ struct ClusterInCell {
   Box box;  // in coordinates of the frame
 };
 
+// About how many windows flows from all portals will look at: from a few of them, evenly taken.
+double expected_steps(const PortalGraph& graph);
+
 class CellVisibility {
  public:
   using ClusterRow = std::vector<std::uint32_t>;

@@ -14,6 +14,11 @@ namespace atrium {
 
 namespace {
 
+// Grains of the subdivision: 0.25 m² in a building of 70 m, and up.
+constexpr double kFinestGrain = 5e-5, kCoarsestGrain = 5e-3, kGrainStep = 2;
+// Windows that flows from all portals may look at before the grain is made coarser: some seconds.
+constexpr double kAffordableSteps = 4e6;
+
 struct Space {
   Bsp bsp;
   std::vector<CellPortal> portals;  // between lit cells
@@ -52,14 +57,25 @@ std::vector<std::uint32_t> cells_of_emitters(const Scene& scene, const Bsp& bsp)
   return cells;
 }
 
-Space divide_space(const Scene& scene) {
+Space divide_space(const Scene& scene, double grain) {
   Space space;
-  space.bsp = build_bsp(scene);
+  space.bsp = build_bsp(scene, grain);
   space.portals = find_portals(space.bsp);
   space.lit = flood(space.bsp.cells.size(), space.portals, cells_of_emitters(scene, space.bsp));
   std::erase_if(space.portals, [&](const CellPortal& p) { return !space.lit[p.front]; });
   space.rooms = find_rooms(space.bsp, space.portals, space.lit);
   return space;
+}
+
+// As finely as can be searched: where furniture in the open would make portals that all see each
+// other, only larger planes part space.
+Space divide_space(const Scene& scene) {
+  for (double grain = kFinestGrain;; grain *= kGrainStep) {
+    Space space = divide_space(scene, grain);
+    if (grain >= kCoarsestGrain ||
+        expected_steps(make_graph(space.bsp, space.portals)) <= kAffordableSteps)
+      return space;
+  }
 }
 
 // The room that has most of the patch.

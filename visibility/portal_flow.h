@@ -65,7 +65,7 @@ class PortalFlow {
     for (std::uint32_t portal : reached_)
       visit(SeenSpace{graph_.portals[portal].to, windows_[portal].planes});
   }
-  bool flooded() const { return flooded_; }
+  std::size_t steps() const { return steps_; }  // windows looked at by the last run
 
  private:
   static constexpr std::uint32_t kNone = ~0u;

@@ -116,4 +116,18 @@ inline SceneBuilder two_rooms_with_doorway() {
   return s;
 }
 
+// Three rooms of 4 m in a row, thin walls at x = 4 and 8, doorways at opposite ends: what leaves
+// the lamp at y >= 1.75 and passes x = 4 at y < 1 falls further, and never reaches y > 3 at x = 8.
+inline SceneBuilder rooms_in_a_row() {
+  SceneBuilder s;
+  s.box("shell", {0, 0, 0}, {12, 4, 3}, true);
+  s.quad("wall 1", {4, 1, 0}, {0, 3, 0}, {0, 0, 3}, kBothSides);
+  s.quad("wall 2", {8, 0, 0}, {0, 3, 0}, {0, 0, 3}, kBothSides);
+  s.lamp("lamp", {2, 2, 2.9}, 0.5);
+  s.box("second room", {6, 0.05, 1}, {6.5, 0.55, 1.5});
+  s.box("second room's end", {4.5, 1.5, 1}, {5, 2, 1.5});
+  s.box("third room", {9, 3.2, 1}, {9.5, 3.7, 1.5});
+  return s;
+}
+
 }  // namespace atrium
