@@ -34,13 +34,16 @@ struct Element {
   Vec2 centroid{0};    // in the patch's frame
   double radius = 0;   // m, of the smallest circle about the centroid that holds the element
   double detail = 0;   // lm/m², root mean square of E's luminance that only the children hold
+  // √ of the share of area beyond the contact line that crosses it, 0 if none does: what a jump of
+  // one across that line leaves, root mean square, if it is not seen.
+  double crossing = 0;
   std::int32_t child = -1;   // the first of two, patch-local; -1: a leaf
   std::int32_t parent = -1;  // patch-local; -1: the root
   std::uint32_t first_vertex = 0;  // patch-local
   std::uint32_t vertex_count = 0;  // convex, counter-clockwise
   bool leaf() const { return child < 0; }
 };
-static_assert(std::is_trivially_copyable_v<Element> && sizeof(Element) == 56);
+static_assert(std::is_trivially_copyable_v<Element> && sizeof(Element) == 64);
 
 // A contact line in the patch's frame: radiosity may jump across it.
 struct Segment2 {

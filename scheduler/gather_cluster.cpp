@@ -119,13 +119,14 @@ void transfer(const GatherTask& task, const ClusterView& source, const Braid& br
     tbb::parallel_for(std::size_t(0), braid.strands.size(), strand);
 }
 
-// A row sums to what does not leave the scene. Where nothing does that holds for every leaf; else for
-// the patch as a whole, of which it was measured.
+// A row sums to what does not leave the scene. Where nothing does that holds for every leaf; where
+// little does, for the patch as a whole, of which it was measured; an open patch's row is left as it is.
 Closing closing_of(const PatchTree& tree, const RowMean& mean) {
+  constexpr double kOpen = 0.1;  // share of directions that leave
   Closing c;
-  if (!(mean.weight > 0)) return c;
+  if (!(mean.weight > 0) || tree.head.escape > kOpen) return c;
   c.how = tree.head.escape == 0 ? Closing::How::kEachLeaf : Closing::How::kWholePatch;
-  c.missing = 1 - tree.head.escape - mean.weight / tree.head.area;
+  c.missing = 1 - tree.head.escape - mean.form_factors / tree.head.area;
   c.mean_radiosity = mean.light / mean.weight;
   return c;
 }

@@ -66,25 +66,27 @@ double length_inside(std::span<const Vec2> outline, const Segment2& s) {
 }
 
 // The contact worth splitting along: the longest inside the element, if it is of the element's size.
-bool contact_line(const PatchTree& tree, const Element& element, Line& line) {
+// Returns the lesser part's share of the area, 0 where there is none.
+double contact_line(const PatchTree& tree, const Element& element, Line& line) {
   constexpr double kWorthwhile = 0.5;  // of the element's radius
   constexpr double kLeastShare = 1e-3;  // of the element's area, for either part
   const std::span<const Vec2> outline = tree.view().polygon(element);
   double best = kWorthwhile * element.radius;
-  bool found = false;
+  double share = 0;
   for (const Segment2& s : tree.contacts) {
     const double inside = length_inside(outline, s);
     if (inside <= best) continue;
     const Vec2 d = (s.b - s.a) / std::hypot(s.b.x - s.a.x, s.b.y - s.a.y);
     const Line candidate{{-d.y, d.x}, dot(Vec2{-d.y, d.x}, s.a)};
     const std::array<Outline, 2> parts = cut(outline, candidate, 0);
-    if (std::min(area_of(parts[0]), area_of(parts[1])) < kLeastShare * element.area) continue;
+    const double lesser = std::min(area_of(parts[0]), area_of(parts[1])) / element.area;
+    if (lesser < kLeastShare) continue;
     if (std::max(parts[0].size(), parts[1].size()) > kMaxOutline) continue;
     best = inside;
     line = candidate;
-    found = true;
+    share = lesser;
   }
-  return found;
+  return share;
 }
 
 struct Extent {
@@ -100,10 +102,13 @@ Extent extent_of(std::span<const Vec2> outline) {
   return e;
 }
 
+// Extents this near each other, relative, are equal: a shifted copy must split alike.
+constexpr double kTie = 1e-9;
+
 Line centroid_line(const Element& element, std::span<const Vec2> outline) {
   const Extent e = extent_of(outline);
   const Vec2 size = e.hi - e.lo;
-  const Vec2 normal = size.x >= size.y ? Vec2{1, 0} : Vec2{0, 1};
+  const Vec2 normal = size.x * (1 + kTie) >= size.y ? Vec2{1, 0} : Vec2{0, 1};
   return {normal, dot(normal, element.centroid)};
 }
 
@@ -119,6 +124,8 @@ void append(PatchTree& tree, std::span<const Vec2> outline, std::int32_t parent)
   x.first_vertex = static_cast<std::uint32_t>(tree.vertices.size());
   x.vertex_count = static_cast<std::uint32_t>(outline.size());
   tree.vertices.insert(tree.vertices.end(), outline.begin(), outline.end());
+  Line line;
+  x.crossing = std::sqrt(contact_line(tree, x, line));
   tree.elements.push_back(x);
   tree.e.resize(tree.e.size() + coefficient_count(tree.order) * kChannels, 0.0);
   tree.basis.resize(tree.basis.size() + triangle_count(tree.order), 0.0);
@@ -160,9 +167,13 @@ bool split_leaf(PatchTree& tree, std::int32_t i, double min_edge) {
   if (longer < 2 * min_edge) return false;
   constexpr double kOnLine = 1e-9;  // of the radius: such a vertex lies on the cut
   Line line;
-  if (!contact_line(tree, element, line)) line = centroid_line(element, outline);
+  if (contact_line(tree, element, line) == 0) line = centroid_line(element, outline);
   const std::array<Outline, 2> parts = cut(outline, line, kOnLine * element.radius);
   if (!(area_of(parts[0]) > 0) || !(area_of(parts[1]) > 0)) return false;
+  for (const Outline& part : parts) {
+    const Extent e = extent_of(part);
+    if (std::max(e.hi.x - e.lo.x, e.hi.y - e.lo.y) < min_edge) return false;
+  }
   if (std::max(parts[0].size(), parts[1].size()) > kMaxOutline) return false;
   const std::int32_t child = static_cast<std::int32_t>(tree.elements.size());
   append(tree, parts[0], i);

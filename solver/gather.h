@@ -7,10 +7,12 @@
 
 namespace atrium {
 
-// What a patch receives in all, for the mean that closes its row.
+// What a patch receives in all, and the mean that closes its row. What a row misses is most likely
+// missed by what was looked at least: thin links weigh in full, others by a share.
 struct RowMean {
-  Spectrum light{0};  // Σ F·min(B, cap): sources brighter than the cap are lamps, not the room
-  double weight = 0;  // Σ F
+  double form_factors = 0;  // Σ F A, m²
+  Spectrum light{0};        // Σ w F A min(B, cap): brighter sources are lamps, not the room
+  double weight = 0;        // Σ w F A
 };
 
 // Adds one strand's transfers from `source` to the slots of its receiving patch.

@@ -31,10 +31,14 @@ double squared(double x) { return x * x; }
 
 void close_row(std::span<double> g, const Closing& closing) {
   if (closing.how == Closing::How::kOpen) return;
-  const double missing =
-      closing.how == Closing::How::kEachLeaf ? 1 - g[kRowSum] : closing.missing;
-  for (int c = 0; c < kChannels; ++c) g[c] += missing * closing.mean_radiosity[c];
-  g[kRowSum] += missing;
+  const bool each = closing.how == Closing::How::kEachLeaf;
+  for (std::size_t a = 0; a < g.size(); a += kGatherChannels) {
+    // The row is 1 everywhere: the basis' first function alone.
+    const double whole = a == 0 ? 1 : 0;
+    const double missing = each ? whole - g[a + kRowSum] : whole * closing.missing;
+    for (int c = 0; c < kChannels; ++c) g[a + c] += missing * closing.mean_radiosity[c];
+    g[a + kRowSum] += missing;
+  }
 }
 
 }  // namespace

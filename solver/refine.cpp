@@ -12,6 +12,10 @@ namespace {
 // A transfer is thin where all of it, not its error alone, weighs less than this share of what a
 // link's error may.
 constexpr double kThin = 0.2;
+// Radiosity, of the mean irradiance, below which a source is not less worth looking at.
+constexpr double kDarkest = 0.5;
+// A transfer below this share is left to the closing of its row.
+constexpr double kNegligible = 2e-3;
 // Root mean square error left by a mixed bundle of 16 segments, relative to √(v(1-v)) of the transfer.
 constexpr double kMixed = 0.5;
 // The same for a bundle that agrees on every segment though something may stand between.
@@ -19,6 +23,8 @@ constexpr double kUnsure = 0.04;
 // From centre against mean of a parabola's four Gauss nodes to the root mean square of its misfit to a
 // plane: √(4/45) / (1/3).
 constexpr double kBowl = 0.894;
+// Of a transfer, how much is taken to jump across a contact line.
+constexpr double kJump = 0.5;
 // From the standard deviation of E over an element to how far below the mean its dark end lies: √3
 // for a slope across a square.
 constexpr double kDarkEnd = 1.73;
@@ -91,6 +97,9 @@ std::uint32_t mix(std::uint32_t x) {  // a hash of the pair, never a running gen
   return x ^ (x >> 16);
 }
 
+// Extents this near each other, relative, are equal: a shifted copy must be halved alike.
+constexpr double kTie = 1e-9;
+
 // The two halves of an outline, through its centroid across its longer extent.
 void halve(std::span<const Vec2> outline, std::vector<Vec2>& a, std::vector<Vec2>& b) {
   Vec2 lo = outline[0], hi = outline[0];
@@ -98,7 +107,7 @@ void halve(std::span<const Vec2> outline, std::vector<Vec2>& a, std::vector<Vec2
     lo = {std::min(lo.x, p.x), std::min(lo.y, p.y)};
     hi = {std::max(hi.x, p.x), std::max(hi.y, p.y)};
   }
-  const int axis = hi.x - lo.x >= hi.y - lo.y ? 0 : 1;
+  const int axis = (hi.x - lo.x) * (1 + kTie) >= hi.y - lo.y ? 0 : 1;
   const double at = moments(outline).centroid[axis];
   const std::size_t n = outline.size();
   for (std::size_t i = 0; i < n; ++i) {
@@ -144,17 +153,17 @@ void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out)
     if (head.inert || head.patch == receiver.head.patch) continue;
     if (!facing(root, source.sites[q], settings_.tolerance)) continue;
     descend(0, root, make_source(source.patches[q], static_cast<std::uint32_t>(q), 0,
-                                 &source.sites[q]), nullptr);
+                                 source.sites[q]), nullptr);
   }
 }
 
 Refiner::Source Refiner::make_source(const PatchView& patch, std::uint32_t index,
-                                     std::int32_t element, const Site* site) const {
+                                     std::int32_t element, const Site& site) const {
   Source s;
   s.patch = &patch;
   s.patch_index = index;
   s.element = element;
-  s.site = site ? *site : make_site(patch, element);
+  s.site = &site;
   const std::span<const double> e = patch.e_of(element);
   const Spectrum& rho = patch.head->reflectance;
   const double gathered = luminance(rho * Spectrum{e[0], e[1], e[2]});
@@ -224,41 +233,50 @@ Variety Refiner::look_through(Tube& tube, const Tube* parent, const Site& r, con
 
 void Refiner::descend(std::int32_t receiver, const Site& site, const Source& source,
                       const Tube* parent) {
-  const double bound = source.radiosity * form_factor_bound(site, source.site);
-  if (bound * weight(receiver, 0) < kThin * settings_.threshold) return thin_link(receiver, site, source);
+  // Dark sources fill rows as well: what they cover is not to be taken for the room's mean.
+  const double bound = form_factor_bound(site, *source.site) *
+                       std::max(source.radiosity, kDarkest * settings_.mean_irradiance);
+  const double most = bound * weight(receiver, 0);
+  if (most < kNegligible * settings_.threshold) return;
+  if (most < kThin * settings_.threshold) return thin_link(receiver, site, source);
 
-  const Kernel kernel = make_kernel(site, source.site);
+  const Kernel kernel = make_kernel(site, *source.site);
   ++counters_.kernels;
   if (!(kernel.mean > 0) && !(kernel.center > 0) &&
-      !facing(site, source.site, settings_.tolerance))
+      !facing(site, *source.site, settings_.tolerance))
     return;
 
   // What the shape alone gets wrong needs no ray to be known.
   const double shape = source.radiosity * misfit(receiver, site, kernel, kAllVisible);
-  const double variation = source.detail * sensitivity_spread(site, source.site, kernel);
+  const double variation = source.detail * sensitivity_spread(site, *source.site, kernel);
   VisibleMask visible = kAllVisible;
   double shadow = 0, seen_shape = shape;
   Tube tube;
   if (around_.index) {
-    const Variety variety = look_through(tube, parent, site, source.site);
+    const Variety variety = look_through(tube, parent, site, *source.site);
     if (variety == Variety::INVISIBLE) return;
     if (variety == Variety::PARTIAL && kernel.mean > 0) {
-      visible = look(site, source.site, kernel);
+      visible = look(site, *source.site, kernel);
       const double v = seen_share(site, kernel, visible);
       const double transfer = source.radiosity * kernel.mean;
       shadow = std::max(kUnsure * (transfer + shape), kMixed * std::sqrt(v * (1 - v)) * transfer);
       seen_shape = v > 0 ? source.radiosity * misfit(receiver, site, kernel, visible) : 0;
     }
   }
-  const double error = std::sqrt(squared(seen_shape) + squared(shadow) + squared(variation));
+  // A jump across a contact line that no node need see.
+  const double jump = kJump * source.radiosity * std::max(kernel.mean, kernel.center) *
+                      tree_->elements[receiver].crossing;
+  const double error =
+      std::sqrt(squared(seen_shape) + squared(shadow) + squared(variation) + squared(jump));
   const double arriving = source.radiosity * darkest_row(kernel, visible);
   if (error * weight(receiver, arriving) <= settings_.threshold)
     return full_link(receiver, site, source, kernel, visible);
 
   const bool source_first =
-      variation > std::max(seen_shape, shadow) ||
-      (shadow > seen_shape && source.site.radius > site.radius) ||
-      source.site.radius > 4 * site.radius;
+      jump < std::max(seen_shape, shadow) &&
+      (variation > std::max(seen_shape, shadow) ||
+       (shadow > seen_shape && source.site->radius > site.radius) ||
+       source.site->radius > 4 * site.radius);
   if (source_first && descend_source(receiver, site, source, tube)) return;
   if (!tree_->elements[receiver].leaf() || split_leaf(*tree_, receiver, settings_.min_edge)) {
     descend_receiver(receiver, source, tube);
@@ -273,7 +291,7 @@ void Refiner::descend_receiver(std::int32_t receiver, const Source& source, cons
   const std::int32_t child = tree_->elements[receiver].child;
   for (std::int32_t c = child; c < child + 2; ++c) {
     const Site site = make_site(tree_->view(), c);
-    if (facing(site, source.site, settings_.tolerance)) descend(c, site, source, &tube);
+    if (facing(site, *source.site, settings_.tolerance)) descend(c, site, source, &tube);
   }
 }
 
@@ -282,24 +300,26 @@ bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Sour
   const Element& x = source.patch->elements[source.element];
   if (!source.part && !x.leaf()) {
     for (std::int32_t c = x.child; c < x.child + 2; ++c) {
-      const Source half = make_source(*source.patch, source.patch_index, c, nullptr);
-      if (facing(site, half.site, settings_.tolerance)) descend(receiver, site, half, &tube);
+      const Site half = make_site(*source.patch, c);
+      if (facing(site, half, settings_.tolerance))
+        descend(receiver, site, make_source(*source.patch, source.patch_index, c, half), &tube);
     }
     return true;
   }
   // A leaf is cut in parts for better quadrature only: links still lead to the leaf.
-  if (source.site.radius < settings_.min_edge || source.site.area < kSmallestPart * x.area)
+  if (source.site->radius < settings_.min_edge || source.site->area < kSmallestPart * x.area)
     return false;
   std::vector<Vec2> outline, parts[2];
-  for (const Vec3& p : source.site.polygon()) outline.push_back(source.patch->head->frame.to_plane(p));
+  for (const Vec3& p : source.site->polygon()) outline.push_back(source.patch->head->frame.to_plane(p));
   halve(outline, parts[0], parts[1]);
   if (std::max(parts[0].size(), parts[1].size()) > kMaxOutline) return false;
   for (const std::vector<Vec2>& part : parts) {
     if (part.size() < 3) continue;
     Source half = source;
     half.part = true;
-    half.site = make_site(*source.patch, source.element, part);
-    if (facing(site, half.site, settings_.tolerance)) descend(receiver, site, half, &tube);
+    const Site half_site = make_site(*source.patch, source.element, part);
+    half.site = &half_site;
+    if (facing(site, half_site, settings_.tolerance)) descend(receiver, site, half, &tube);
   }
   return true;
 }
@@ -326,7 +346,7 @@ void Refiner::full_link(std::int32_t receiver, const Site& site, const Source& s
   const int n = coefficient_count(tree_->order);
   const std::size_t at = out_->couplings.size();
   out_->couplings.resize(at + n * n);
-  couple(site, source.site, kernel, visible, tree_->order,
+  couple(site, *source.site, kernel, visible, tree_->order,
          std::span(out_->couplings).subspan(at, n * n));
   out_->links.push_back({static_cast<std::uint32_t>(receiver), source.patch_index,
                          static_cast<std::uint32_t>(source.element)});
@@ -338,13 +358,13 @@ void Refiner::thin_link(std::int32_t receiver, const Site& site, const Source& s
   const std::uint32_t hash = mix(mix(tree_->head.patch * 0x9e3779b9u + receiver) ^
                                  mix(source.patch->head->patch * 0x85ebca6bu + source.element));
   const Vec3& x = site.x[hash % site.nodes];
-  const Vec3& y = source.site.x[(hash >> 8) % source.site.nodes];
+  const Vec3& y = source.site->x[(hash >> 8) % source.site->nodes];
   const Vec3 d = y - x;
-  const double cx = dot(site.normal, d), cy = -dot(source.site.normal, d);
+  const double cx = dot(site.normal, d), cy = -dot(source.site->normal, d);
   if (cx <= 0 || cy <= 0) return;
   const double d2 = dot(d, d);
   const double coupling =
-      source.site.area * cx * cy / (d2 * (3.14159265358979 * d2 + source.site.area));
+      source.site->area * cx * cy / (d2 * (3.14159265358979 * d2 + source.site->area));
   waiting_.push_back({{static_cast<std::uint32_t>(receiver), source.patch_index,
                        static_cast<std::uint32_t>(source.element)},
                       static_cast<float>(coupling), x, y, out_});

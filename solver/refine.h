@@ -68,7 +68,7 @@ class Refiner {
     std::uint32_t patch_index = 0;
     std::int32_t element = 0;
     bool part = false;
-    Site site;
+    const Site* site = nullptr;
     double radiosity = 0;  // lm/m², luminance, mean
     double detail = 0;     // lm/m², of B's variation below this element
   };
@@ -80,7 +80,7 @@ class Refiner {
   };
 
   Source make_source(const PatchView& patch, std::uint32_t index, std::int32_t element,
-                     const Site* site) const;
+                     const Site& site) const;
   void descend(std::int32_t receiver, const Site& site, const Source& source, const Tube* parent);
   void descend_receiver(std::int32_t receiver, const Source& source, const Tube& tube);
   bool descend_source(std::int32_t receiver, const Site& site, const Source& source,
