@@ -128,7 +128,9 @@ std::string foreign_fault(const std::string& path, const std::string& header) {
   const auto library = std::ranges::find_if(
       libraries(), [&](const Library& l) { return header.starts_with(l.headers); });
   if (library == libraries().end()) return "of no library that test/layering knows";
-  if (!library->folders.contains(from)) return library->name + " does not enter in " + from;
+  const std::string folder = ruling_folder(path).value_or(from);
+  if (!library->folders.contains(from) && !library->folders.contains(folder))
+    return library->name + " does not enter in " + folder;
   const bool may_show = path == kVectorHeader && library->name == "GLM";
   if (from != "test" && !may_show && !path.ends_with(".cpp"))
     return "a header shows " + library->name;

@@ -6,8 +6,8 @@
 //   engine <- data
 //   engine, pagestore, visibility, solver <- scheduler
 //   all of these <- apps
-//   test/F sees what F sees, and data for its scenes; test/physics, test/agree, test/layering and
-//   bench see everything; nobody includes test or bench.
+//   test/F sees what F sees, libraries too, and data for its scenes; test/physics, test/agree,
+//   test/layering and bench see everything; nobody includes test or bench.
 // Pure functions but for read_sources.
 #pragma once
 
