@@ -142,8 +142,6 @@ void push_pull_all(Receiver& receiver, GatherReport& report) {
   for (std::size_t p = 0; p < sums.size(); ++p) {
     report.sums.add(sums[p]);
     report.refined.add(receiver.refined[p]);
-    const double escape = std::max(0.0, receiver.trees[p].head.escape);
-    report.escaped += escape * (sums[p].emitted + sums[p].reflected);
   }
 }
 

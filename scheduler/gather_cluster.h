@@ -40,7 +40,6 @@ struct GatherTask {
 struct GatherReport {
   PushPullSums sums;
   RefineCounters refined;
-  Spectrum escaped{0};          // lm, of what the cluster sends out, what leaves the scene
   std::uint64_t elements = 0;   // of the receiver, afterwards
   std::uint64_t links = 0;      // gathered across
   std::uint64_t link_bytes = 0;

@@ -68,7 +68,6 @@ struct Cursor {
 struct Sweep {
   PushPullSums sums;
   RefineCounters refined;
-  Spectrum escaped{0};
   std::uint64_t gathered = 0, elements = 0, links = 0;
   std::uint64_t working_set_bytes = 0, working_set_links = 0, working_set_elements = 0;
   std::uint64_t total_bytes = 0;
@@ -77,7 +76,6 @@ struct Sweep {
   void add(const GatherReport& r) {
     sums.add(r.sums);
     refined.add(r.refined);
-    escaped += r.escaped;
     ++gathered;
     elements += r.elements;
     links += r.links;
@@ -300,7 +298,7 @@ void Scheduler::end_sweep(const StoreCounters& before) {
   summary_.total_data_bytes += sweep_.total_bytes;
   summary_.flux_emitted = luminance(s.emitted);
   summary_.flux_absorbed = luminance(s.absorbed);
-  summary_.flux_escaped = luminance(sweep_.escaped);
+  summary_.flux_escaped = luminance(s.escaped);
   summary_.hit_ratio = (store_->counters() - before).hit_ratio();
 }
 

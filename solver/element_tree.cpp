@@ -65,18 +65,19 @@ double length_inside(std::span<const Vec2> outline, const Segment2& s) {
   return (t1 - t0) * std::hypot(d.x, d.y);
 }
 
-// The contact worth splitting along: the longest inside the element, if it is of the element's size.
-// Returns the lesser part's share of the area, 0 where there is none.
+// The contact worth splitting along: of those that run along half of their chord of the element or
+// more, the longest. Returns the lesser part's share of the area, 0 where there is none.
 double contact_line(const PatchTree& tree, const Element& element, Line& line) {
-  constexpr double kWorthwhile = 0.5;  // of the element's radius
+  constexpr double kWorthwhile = 0.5;   // of the chord
   constexpr double kLeastShare = 1e-3;  // of the element's area, for either part
   const std::span<const Vec2> outline = tree.view().polygon(element);
-  double best = kWorthwhile * element.radius;
-  double share = 0;
+  double best = 0, share = 0;
   for (const Segment2& s : tree.contacts) {
     const double inside = length_inside(outline, s);
     if (inside <= best) continue;
     const Vec2 d = (s.b - s.a) / std::hypot(s.b.x - s.a.x, s.b.y - s.a.y);
+    const Vec2 near = s.a + dot(element.centroid - s.a, d) * d, reach = 2 * element.radius * d;
+    if (inside < kWorthwhile * length_inside(outline, {near - reach, near + reach})) continue;
     const Line candidate{{-d.y, d.x}, dot(Vec2{-d.y, d.x}, s.a)};
     const std::array<Outline, 2> parts = cut(outline, candidate, 0);
     const double lesser = std::min(area_of(parts[0]), area_of(parts[1])) / element.area;

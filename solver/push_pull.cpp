@@ -51,6 +51,7 @@ void PushPullSums::add(const PushPullSums& s) {
   absorbed += s.absorbed;
   reflected += s.reflected;
   emitted += s.emitted;
+  escaped += s.escaped;
 }
 
 void hand_down(PatchTree& tree, std::int32_t parent, std::int32_t child) {
@@ -131,6 +132,7 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
     sums.absorbed += x.area * (Spectrum{1} - rho) * mean;
     sums.reflected += x.area * rho * mean;
     sums.emitted += x.area * tree.head.exitance;
+    sums.escaped += x.area * (1 - g[i * stride + kRowSum]) * (rho * mean + tree.head.exitance);
   }
   return sums;
 }
