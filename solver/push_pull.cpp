@@ -1,5 +1,6 @@
 #include "solver/push_pull.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -132,7 +133,8 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
     sums.absorbed += x.area * (Spectrum{1} - rho) * mean;
     sums.reflected += x.area * rho * mean;
     sums.emitted += x.area * tree.head.exitance;
-    sums.escaped += x.area * (1 - g[i * stride + kRowSum]) * (rho * mean + tree.head.exitance);
+    const double leaving = std::clamp(1 - g[i * stride + kRowSum], 0.0, 1.0);
+    if (tree.head.escape > 0) sums.escaped += x.area * leaving * (rho * mean + tree.head.exitance);
   }
   return sums;
 }

@@ -42,7 +42,7 @@ struct PushPullSums {
   Spectrum absorbed{0};  // ∫ (1-ρ) E dA
   Spectrum reflected{0};  // ∫ ρ E dA
   Spectrum emitted{0};    // ∫ M dA
-  Spectrum escaped{0};    // ∫ B (1 - ΣF) dA: what of it leaves the scene
+  Spectrum escaped{0};    // ∫ B (1 - ΣF) dA over patches that see an opening
   void add(const PushPullSums& s);
 };
 
