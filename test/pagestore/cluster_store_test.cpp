@@ -1,6 +1,6 @@
 #include "pagestore/cluster_store.h"
 
-#include "store_fixture.h"
+#include "test/pagestore/store_fixture.h"
 
 namespace atrium {
 namespace {

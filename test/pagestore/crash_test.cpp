@@ -1,7 +1,7 @@
 // Power is lost at any call: every barrier before it holds, and of the writes after the last
 // barrier any subset, torn or whole, has reached the disk. The store must open as of the last
 // checkpoint, or as of the one that was under way.
-#include "simulated_run.h"
+#include "test/pagestore/simulated_run.h"
 
 namespace atrium {
 namespace {

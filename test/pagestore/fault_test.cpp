@@ -1,5 +1,5 @@
 // Calls to the disk that fail, fall short or find it full.
-#include "simulated_run.h"
+#include "test/pagestore/simulated_run.h"
 
 namespace atrium {
 namespace {

@@ -1,7 +1,7 @@
 // The worked example of pagestore/FORMAT.md, byte by byte.
 #include <fstream>
 
-#include "store_fixture.h"
+#include "test/pagestore/store_fixture.h"
 
 namespace atrium {
 namespace {

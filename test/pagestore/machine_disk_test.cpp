@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "pagestore/disk.h"
-#include "store_fixture.h"
+#include "test/pagestore/store_fixture.h"
 
 namespace atrium {
 namespace {

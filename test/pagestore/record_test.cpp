@@ -2,7 +2,7 @@
 
 #include "pagestore/directory.h"
 #include "pagestore/root.h"
-#include "store_fixture.h"
+#include "test/pagestore/store_fixture.h"
 
 namespace atrium {
 namespace {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <random>
 
-#include "simulated_disk.h"
-#include "store_fixture.h"
+#include "test/pagestore/simulated_disk.h"
+#include "test/pagestore/store_fixture.h"
 
 namespace atrium {
 
