@@ -122,11 +122,15 @@ void transfer(const GatherTask& task, const ClusterView& source, const Braid& br
 // A row sums to what does not leave the scene. Where nothing does that holds for every leaf; where
 // little does, for the patch as a whole, of which it was measured; an open patch's row is left as it is.
 Closing closing_of(const PatchTree& tree, const RowMean& mean) {
-  constexpr double kOpen = 0.1;  // share of directions that leave
+  constexpr double kOpen = 0.1;   // share of directions that leave
+  constexpr double kMost = 1.05;  // a mean row beyond it would let light grow from bounce to bounce
   Closing c;
-  if (!(mean.weight > 0) || tree.head.escape > kOpen) return c;
+  if (!(mean.weight > 0)) return c;
+  const double row = mean.form_factors / tree.head.area;
+  c.scale = std::min(1.0, kMost / row);
+  if (tree.head.escape > kOpen) return c;
   c.how = tree.head.escape == 0 ? Closing::How::kEachLeaf : Closing::How::kWholePatch;
-  c.missing = 1 - tree.head.escape - mean.form_factors / tree.head.area;
+  c.missing = 1 - tree.head.escape - c.scale * row;
   c.mean_radiosity = mean.light / mean.weight;
   return c;
 }

@@ -31,6 +31,7 @@ TwoScale two_scale(const PatchView& v, const Element& parent, std::size_t pi, co
 double squared(double x) { return x * x; }
 
 void close_row(std::span<double> g, const Closing& closing) {
+  for (double& x : g) x *= closing.scale;
   if (closing.how == Closing::How::kOpen) return;
   const bool each = closing.how == Closing::How::kEachLeaf;
   for (std::size_t a = 0; a < g.size(); a += kGatherChannels) {

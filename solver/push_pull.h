@@ -30,7 +30,8 @@ struct GatherSlots {
 struct Closing {
   enum class How { kOpen, kEachLeaf, kWholePatch };
   How how = How::kOpen;        // kEachLeaf where nothing leaves the scene: every row sums to 1
-  double missing = 0;          // kWholePatch: of the patch's mean row
+  double scale = 1;            // of all rows first: below 1 where the patch sees more than everything
+  double missing = 0;          // kWholePatch: of the patch's mean row, scaled
   Spectrum mean_radiosity{0};  // lm/m², of what the patch sees
 };
 
