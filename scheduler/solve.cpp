@@ -32,7 +32,7 @@ std::atomic<bool> stop_flag{false};
 constexpr std::array<double, 3> kLevels{16, 4, 1};
 // Link threshold of the last level ÷ error asked for: found on the scenes with references, so that what
 // is asked for is about what the truth says.
-constexpr double kThresholdOfError = 0.008;
+constexpr double kThresholdOfError = 0.006;
 // A level ends when the light still to come is below this share of all: coarse ones, and for the
 // last relative to the error asked for.
 constexpr double kCoarseRest = 0.05;

@@ -23,6 +23,9 @@ constexpr double kUnsure = 0.04;
 // From centre against mean of a parabola's four Gauss nodes to the root mean square of its misfit to a
 // plane: √(4/45) / (1/3).
 constexpr double kBowl = 0.894;
+// Of the variation below a partly hidden source's element, how much may go by what is hidden: the spot
+// that a lamp's panel lights on the ceiling above it is hidden from all but the panel.
+constexpr double kHidden = 1;
 // Of a transfer, how much is taken to jump across a contact line.
 constexpr double kJump = 0.5;
 // From the standard deviation of E over an element to how far below the mean its dark end lies: √3
@@ -235,7 +238,8 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
                       const Tube* parent) {
   // Dark sources fill rows as well: what they cover is not to be taken for the room's mean.
   const double bound = form_factor_bound(site, *source.site) *
-                       std::max(source.radiosity, kDarkest * settings_.mean_irradiance);
+                       std::max(source.radiosity + source.detail,
+                                kDarkest * settings_.mean_irradiance);
   const double most = bound * weight(receiver, 0);
   if (most < kNegligible * settings_.threshold) return;
   if (most < kThin * settings_.threshold) return thin_link(receiver, site, source);
@@ -248,7 +252,7 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
 
   // What the shape alone gets wrong needs no ray to be known.
   const double shape = source.radiosity * misfit(receiver, site, kernel, kAllVisible);
-  const double variation = source.detail * sensitivity_spread(site, *source.site, kernel);
+  double variation = source.detail * sensitivity_spread(site, *source.site, kernel);
   VisibleMask visible = kAllVisible;
   double shadow = 0, seen_shape = shape;
   Tube tube;
@@ -259,6 +263,8 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
       visible = look(site, *source.site, kernel);
       const double v = seen_share(site, kernel, visible);
       const double transfer = source.radiosity * kernel.mean;
+      // What is hidden of the source need not be as bright as what is seen.
+      variation = std::max(variation, kHidden * source.detail * kernel.mean);
       shadow = std::max(kUnsure * (transfer + shape), kMixed * std::sqrt(v * (1 - v)) * transfer);
       seen_shape = v > 0 ? source.radiosity * misfit(receiver, site, kernel, visible) : 0;
     }
