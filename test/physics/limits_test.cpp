@@ -53,13 +53,15 @@ GeneratedModel transformed(GeneratedModel model, double scale, const Vec3& by) {
 
 // Irradiance at points of a Cornell-like room that was scaled and moved, against that of the room;
 // the tolerance is relative to the larger of E there and its mean.
-void expect_same_light(double scale, const Vec3& by, double tolerance) {
+constexpr double kAsked = 0.03;
+void expect_same_light(double scale, const Vec3& by, double tolerance, double other_links) {
   const GeneratedModel model = generated({.kind = "cornell"});
   Bench here(model), there(transformed(model, scale, by));
-  SolvedRun a(asked(here, 0.03)), b(asked(there, 0.03));
+  SolvedRun a(asked(here, kAsked)), b(asked(there, kAsked));
   ASSERT_TRUE(a.ok() && b.ok());
-  EXPECT_EQ(a.summary().elements, b.summary().elements);
-  EXPECT_EQ(a.summary().links, b.summary().links);
+  const double elements = double(a.summary().elements), links = double(a.summary().links);
+  EXPECT_NEAR(double(b.summary().elements), elements, other_links * elements);
+  EXPECT_NEAR(double(b.summary().links), links, other_links * links);
   double mean = 0;
   std::vector<std::pair<double, double>> pairs;
   for (const Probe& p : probes_on(model, 6)) {
@@ -77,11 +79,15 @@ void expect_same_light(double scale, const Vec3& by, double tolerance) {
 
 // Powers of two scale every coordinate without rounding: nothing but exponents differs, however
 // small or large the room. What is left is the probes' own rounding.
-TEST(Scale, ARoomOfAMicrometre) { expect_same_light(std::ldexp(1, -22), {0, 0, 0}, 1e-12); }
-TEST(Scale, ARoomOfAMillionMetres) { expect_same_light(std::ldexp(1, 18), {0, 0, 0}, 1e-12); }
+TEST(Scale, ARoomOfAMicrometre) { expect_same_light(std::ldexp(1, -22), {0, 0, 0}, 1e-12, 0); }
+TEST(Scale, ARoomOfAMillionMetres) { expect_same_light(std::ldexp(1, 18), {0, 0, 0}, 1e-12, 0); }
 
-// Coordinates of 1e6 m carry 1e-10 m, 2e-11 of the room.
-TEST(Scale, ARoomAMillionMetresAway) { expect_same_light(1, {1e6, -1e6, 1e6}, 1e-6); }
+// Coordinates of 1e6 m carry 1e-10 m, 2e-11 of the room: enough to tip a link that stands on the edge
+// of being refined. A few may tip, and what a tipped link changes is below a hundredth of the error
+// asked for.
+TEST(Scale, ARoomAMillionMetresAway) {
+  expect_same_light(1, {1e6, -1e6, 1e6}, kAsked / 100, 0.002);
+}
 
 TEST(Darkness, ASceneWithoutLightsIsRefused) {
   Builder b("dark");
