@@ -53,8 +53,9 @@ std::size_t first_record_bytes(const Model& model, const Cluster& c, int order) 
   return bytes;
 }
 
-// A cluster's record grows by about this factor from its first form to a solution of a few percent.
-constexpr std::size_t kGrowth = 8;
+// The largest cluster's record, one of many small patches, grows by less than this factor from its first
+// form to a solution of a few percent. Where it grows by more, the store says so and what would do.
+constexpr std::size_t kGrowth = 3;
 
 void plan_memory(const SolveOptions& options, const Model& model, Plan& plan) {
   std::size_t largest = kRunModelPiece;
@@ -64,8 +65,8 @@ void plan_memory(const SolveOptions& options, const Model& model, Plan& plan) {
                         model.patches.size() * sizeof(Patch) +
                         model.visible.items.size() * sizeof(ClusterId) +
                         model.contacts.items.size() * sizeof(Contact);
-  // The receiver, once as it was and once as it will be, and one source.
-  plan.smallest_arena = 3 * ClusterStore::arena_cost(largest);
+  // The receiver and one source.
+  plan.smallest_arena = 2 * ClusterStore::arena_cost(largest);
   plan.smallest_memory = 4 * plan.smallest_arena + 4 * in_core;
   plan.memory = options.memory;
   plan.arena = options.arena ? options.arena
