@@ -124,7 +124,7 @@ class Scheduler {
   Status make_run_directory();
   Status write_first_records();
   Status iterate();
-  Status sweep(bool last_level);
+  Status sweep();
   GatherTask task_for(ClusterId receiver);
   void settle(const GatherTask& task);
   void end_sweep(const StoreCounters& before);
@@ -259,7 +259,7 @@ bool Scheduler::limits_reached() {
 }
 
 // One complete gather to every cluster.
-Status Scheduler::sweep(bool) {
+Status Scheduler::sweep() {
   sweep_ = {};
   const StoreCounters before = store_->counters();
   const double began = now();
@@ -358,7 +358,7 @@ Status Scheduler::iterate() {
   const std::uint64_t share = limit ? std::max<std::uint64_t>(1, limit / kLevels.size()) : 0;
   while (stop_ == Stop::kNone) {
     const bool last = cursor_.level + 1 == kLevels.size();
-    ATRIUM_RETURN_IF_ERROR(sweep(last));
+    ATRIUM_RETURN_IF_ERROR(sweep());
     if (stop_ != Stop::kNone) break;
     const PushPullSums& s = sweep_.sums;
     const double reflected = luminance(s.reflected);
