@@ -99,7 +99,8 @@ TEST(CommandLine, BudgetTooSmallIsRefusedWithTheSmallestThatWillDo) {
   EXPECT_NE(taken.code, 2) << taken.err;
 }
 
-// Far more work than the second it is given.
+// Far more work than the second it is given. timeout signals its child and then its own group, so
+// that the program hears the one request twice.
 TEST(CommandLine, TermEndsASolveWith75AndAValidRun) {
   const Folder folder;
   const std::string scene = folder / "rooms.obj";
