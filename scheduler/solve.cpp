@@ -37,8 +37,11 @@ constexpr double kThresholdOfError = 0.006;
 // last relative to the error asked for.
 constexpr double kCoarseRest = 0.05;
 constexpr double kFineRestOfError = 1.0 / 50;
-// So many sweeps in a row without progress, and none is to be expected.
-constexpr std::uint32_t kStalledSweeps = 30;
+// So many sweeps in a row without progress, and none is to be expected. Links that are made anew each
+// time are not quite the same each time: where there are such, the change stays at their noise, and
+// progress is a change that falls by a tenth.
+constexpr std::uint32_t kStalledSweeps = 30, kNoisySweeps = 6;
+constexpr double kNoisyProgress = 0.9;
 // Sources brighter than this many times the mean are lamps: they do not stand for their room.
 constexpr double kLampOfMean = 8;
 
@@ -65,6 +68,7 @@ struct Cursor {
   double last_change = 0;
   std::uint32_t done = 0;       // 1: converged
   std::uint32_t stalled = 0;    // sweeps in a row whose change did not fall
+  double least_change = 0;      // of this level
 };
 
 // Sums over an iteration.
@@ -132,6 +136,7 @@ class Scheduler {
   bool limits_reached();
   Status finish();
   double rest_of_light(double change) const;
+  bool stalled(double change);
   void say(const std::string& text) {
     if (log_) log_(text);
   }
@@ -351,6 +356,16 @@ Status Scheduler::record_history(const StoreCounters& before, bool complete) {
   return append_line(path("history.jsonl"), history_json(h));
 }
 
+// Has the iteration stalled? change: of reflected flux, by the sweep that ended.
+bool Scheduler::stalled(double change) {
+  const bool noisy = sweep_.refined.kernels > 0;
+  const double progress = (noisy ? kNoisyProgress : 1) * cursor_.least_change;
+  const bool falls = cursor_.sweep <= 1 || change < progress;
+  cursor_.stalled = falls ? 0 : cursor_.stalled + 1;
+  if (falls) cursor_.least_change = change;
+  return cursor_.stalled >= (noisy ? kNoisySweeps : kStalledSweeps);
+}
+
 // The loop over receivers "until convergence" [THFH94 §5.1], level by level.
 Status Scheduler::iterate() {
   const std::uint64_t limit = options_.iterations;
@@ -365,8 +380,8 @@ Status Scheduler::iterate() {
     const double change = reflected > 0 ? s.change / reflected : 0;
     const double rest = rest_of_light(change);
     ++cursor_.sweep;
-    cursor_.stalled = cursor_.sweep > 1 && change >= cursor_.last_change ? cursor_.stalled + 1 : 0;
     cursor_.last_change = change;
+    const bool no_progress = stalled(change);
     const bool settled = rest < (last ? kFineRestOfError * options_.error : kCoarseRest);
     if (last && options_.residual > 0 && last_line_.residual <= options_.residual)
       stop_ = Stop::kResidual;
@@ -374,7 +389,7 @@ Status Scheduler::iterate() {
       stop_ = Stop::kConverged;
     else if (limit && cursor_.iteration >= limit)
       stop_ = Stop::kIterations;
-    else if (last && cursor_.stalled >= kStalledSweeps)
+    else if (last && no_progress)
       stop_ = Stop::kStalled;
     else if (!last && (settled || (share && cursor_.sweep >= share))) {
       ++cursor_.level;

@@ -15,6 +15,9 @@ namespace {
 // closed form, which is then evaluated.
 constexpr double kNear = 4.0;
 
+// A point is the foot of another where it is nearer to it than this share of the area, squared.
+constexpr double kOnFoot = 1e-12;
+
 double kernel_at(const Vec3& x, const Vec3& nx, const Vec3& y, const Vec3& ny) {
   const Vec3 d = y - x;
   const double cx = dot(nx, d), cy = -dot(ny, d);
@@ -38,29 +41,6 @@ double fill_row(const Vec3& x, const Vec3& n, const Site& source,
   for (int l = 0; l < source.nodes; ++l)
     row[l] = sum > 0 ? row[l] * (exact / sum) : exact * source.weight[l];
   return exact;
-}
-
-// The point of the receiver next to the source's centre; from its rim it is drawn a little inwards,
-// since where surfaces meet the very edge stands for no area.
-Vec3 next_to(const Site& r, const Vec3& y) {
-  constexpr double kInwards = 0.15;
-  const Vec3 foot = y - dot(r.normal, y - r.center) * r.normal;
-  Vec3 best = foot;
-  double best2 = -1;
-  bool inside = true;
-  for (int i = 0; i < r.vertices; ++i) {
-    const Vec3& a = r.outline[i];
-    const Vec3 edge = r.outline[i + 1 < r.vertices ? i + 1 : 0] - a;
-    const Vec3 at = foot - a;
-    if (dot(cross(edge, at), r.normal) < 0) inside = false;
-    const double l2 = dot(edge, edge);
-    const Vec3 on = l2 > 0 ? a + std::clamp(dot(at, edge) / l2, 0.0, 1.0) * edge : a;
-    const double d2 = dot(on - foot, on - foot);
-    if (best2 >= 0 && d2 >= best2) continue;
-    best2 = d2;
-    best = on;
-  }
-  return inside ? foot : best + kInwards * (r.center - best);
 }
 
 }  // namespace
@@ -95,6 +75,63 @@ Site make_site(const PatchView& patch, std::size_t i, std::span<const Vec2> part
   return s;
 }
 
+Vec3 nearest_point(const Site& site, const Vec3& x) {
+  const Vec3 foot = x - dot(site.normal, x - site.center) * site.normal;
+  Vec3 best = foot;
+  double best2 = -1;
+  bool inside = true;
+  for (int i = 0; i < site.vertices; ++i) {
+    const Vec3& a = site.outline[i];
+    const Vec3 edge = site.outline[i + 1 < site.vertices ? i + 1 : 0] - a;
+    const Vec3 at = foot - a;
+    if (dot(cross(edge, at), site.normal) < 0) inside = false;
+    const double l2 = dot(edge, edge);
+    const Vec3 on = l2 > 0 ? a + std::clamp(dot(at, edge) / l2, 0.0, 1.0) * edge : a;
+    const double d2 = dot(on - foot, on - foot);
+    if (best2 >= 0 && d2 >= best2) continue;
+    best2 = d2;
+    best = on;
+  }
+  return inside ? foot : best;
+}
+
+namespace {
+
+bool close_by(const Site& r, const Site& s) {
+  return length(s.center - r.center) < 2 * r.radius + s.radius;
+}
+
+double factor_at(const Vec3& x, const Site& r, const Site& s) {
+  std::array<double, kMaxNodes> unused;
+  return fill_row(x, r.normal, s, unused);
+}
+
+// A source above the inside lights a spot of its own size and more, one beside it a strip of the rim.
+Probe probe_next_to(const Site& r, const Site& s) {
+  const Vec3 x = nearest_point(r, s.center), off = s.center - x;
+  const double height = dot(r.normal, off);
+  const bool inside = dot(off, off) - height * height < kOnFoot * r.area;
+  const double gap = length(x - nearest_point(s, x));
+  const double area = inside ? s.area + std::numbers::pi * height * height
+                             : gap * std::sqrt(r.area);
+  return {factor_at(x, r, s), x, area};
+}
+
+// Its like are the strip along the whole rim, as wide as the gap there.
+Probe probe_far_corner(const Site& r, const Site& s) {
+  Vec3 far = r.outline[0];
+  double perimeter = 0;
+  for (int i = 0; i < r.vertices; ++i) {
+    const Vec3& v = r.outline[i];
+    if (length(v - s.center) > length(far - s.center)) far = v;
+    perimeter += length(r.outline[i + 1 < r.vertices ? i + 1 : 0] - v);
+  }
+  const double gap = length(far - nearest_point(s, far));
+  return {factor_at(far, r, s), far, 0.5 * gap * perimeter};
+}
+
+}  // namespace
+
 Kernel make_kernel(const Site& receiver, const Site& source) {
   Kernel k;
   k.rows = receiver.nodes;
@@ -105,10 +142,9 @@ Kernel make_kernel(const Site& receiver, const Site& source) {
   }
   std::array<double, kMaxNodes> unused;
   k.center = fill_row(receiver.center, receiver.normal, source, unused);
-  k.peak_at = next_to(receiver, source.center);
-  k.peak = fill_row(k.peak_at, receiver.normal, source, unused);
-  const Vec3 gap = source.center - k.peak_at;
-  k.peak_area = source.area + std::numbers::pi * dot(gap, gap);
+  if (!close_by(receiver, source)) return k;
+  k.probes = {probe_next_to(receiver, source), probe_far_corner(receiver, source)};
+  k.probe_count = 2;
   return k;
 }
 

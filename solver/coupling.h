@@ -37,17 +37,26 @@ inline Site make_site(const PatchView& patch, std::size_t i) {
   return make_site(patch, i, patch.polygon(patch.elements[i]));
 }
 
+// The point of a site next to x.
+Vec3 nearest_point(const Site& site, const Vec3& x);
+
+// The configuration factor at a point of the receiver that no fixed node need be near.
+struct Probe {
+  double factor = 0;
+  Vec3 at{0};
+  double area = 0;  // m², about so much of the receiver's plane it stands for
+};
+
 // Row k, column l: share of the light that source node l's part of the source sends to receiver
 // node k; a row sums to the configuration factor of the source there. Unoccluded.
 struct Kernel {
   std::array<std::array<double, kMaxNodes>, kMaxNodes> g{};
   std::array<double, kMaxNodes> row{};
   double center = 0;  // configuration factor at the receiver's centre
-  // The same where it may be largest, at the receiver's point next to the source: a lamp a millimetre
-  // below a ceiling lights a spot that no fixed node need see.
-  double peak = 0;
-  Vec3 peak_at{0};
-  double peak_area = 0;  // m², about so much of the receiver's plane it is good for
+  // The same next to the source, where it may be largest, and at the corner farthest from it: a lamp a
+  // little below a ceiling lights a spot with a narrow rim. Of close pairs only.
+  std::array<Probe, 2> probes;
+  int probe_count = 0;
   double mean = 0;    // form factor receiver → source
   int rows = 0, columns = 0;
 };

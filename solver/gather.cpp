@@ -19,17 +19,6 @@ Radiosity radiosity_of(const PatchView& patch, std::size_t element) {
   return b;
 }
 
-// Weight of a link of full size in the mean that closes a row; a thin one's is 1.
-constexpr double kSure = 0.01;
-
-void add_to_mean(const Element& receiver, const Spectrum& b, double form_factor, double unsure,
-                 double cap, RowMean& mean) {
-  const double flow = form_factor * receiver.area, bright = luminance(b);
-  mean.form_factors += flow;
-  mean.light += unsure * flow * (bright > cap ? b * (cap / bright) : b);
-  mean.weight += unsure * flow;
-}
-
 }  // namespace
 
 void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& source, int order,
@@ -40,7 +29,7 @@ void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& 
   for (const LinkHead& link : std::span(braid.links).subspan(strand.first_link, strand.links)) {
     const Radiosity b = radiosity_of(source.patch(link.source_patch), link.source);
     double* g = &slots.g[link.receiver * stride];
-    add_to_mean(receiver[link.receiver], b[0], coupling[0], kSure, cap, mean);
+    mean.form_factors += coupling[0] * receiver[link.receiver].area;
     for (int i = 0; i < k; ++i, g += kGatherChannels) {
       g[kRowSum] += coupling[i * k];
       for (int j = 0; j < k; ++j) {
@@ -53,9 +42,15 @@ void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& 
   for (const ThinLink& link : std::span(braid.thin).subspan(strand.first_thin, strand.thin)) {
     const Radiosity b = radiosity_of(source.patch(link.ends.source_patch), link.ends.source);
     double* g = &slots.g[link.ends.receiver * stride];
-    add_to_mean(receiver[link.ends.receiver], b[0], link.coupling, 1, cap, mean);
+    mean.form_factors += link.coupling * receiver[link.ends.receiver].area;
     g[kRowSum] += link.coupling;
     for (int c = 0; c < kChannels; ++c) g[c] += double(link.coupling) * b[0][c];
+  }
+  for (const Doubt& doubt : std::span(braid.doubts).subspan(strand.first_doubt, strand.doubts)) {
+    const Spectrum b = radiosity_of(source.patch(doubt.source_patch), 0)[0];
+    const double bright = luminance(b);
+    mean.light += double(doubt.weight) * (bright > cap ? b * (cap / bright) : b);
+    mean.weight += doubt.weight;
   }
 }
 

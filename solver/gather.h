@@ -7,12 +7,12 @@
 
 namespace atrium {
 
-// What a patch receives in all, and the mean that closes its row. What a row misses is most likely
-// missed by what was looked at least: thin links weigh in full, others by a share.
+// What a patch receives in all, and the mean that closes its row. That the row sums to what does not
+// leave the scene corrects its links by their share of the doubt, as least squares would.
 struct RowMean {
   double form_factors = 0;  // Σ F A, m²
-  Spectrum light{0};        // Σ w F A min(B, cap): brighter sources are lamps, not the room
-  double weight = 0;        // Σ w F A
+  Spectrum light{0};        // Σ doubt min(B, cap): brighter sources are lamps, not the room
+  double weight = 0;        // Σ doubt, m²
 };
 
 // Adds one strand's transfers from `source` to the slots of its receiving patch.

@@ -24,12 +24,20 @@ struct ThinLink {
   float coupling = 0;
 };
 
+// How unsure the form factors of a patch to one patch of the source are, those that no ray got through
+// included: what the patch's row misses may be there.
+struct Doubt {
+  std::uint32_t source_patch = 0;  // local to the source cluster
+  float weight = 0;                // m², Σ variance of the form factor × area of the receiver
+};
+
 // The links of one receiving patch to one source cluster, while they are made.
 struct LinkSet {
   std::vector<LinkHead> links;
   std::vector<float> couplings;  // links × K × K, row: receiver's function, column: source's
   std::vector<ThinLink> thin;
-  bool empty() const { return links.empty() && thin.empty(); }
+  std::vector<Doubt> doubts;
+  bool empty() const { return links.empty() && thin.empty() && doubts.empty(); }
 };
 
 // All links between two clusters, in one run of each kind.
@@ -39,17 +47,20 @@ struct Braid {
     std::uint32_t patch = 0;  // local to the receiver
     std::uint32_t first_link = 0, links = 0;
     std::uint32_t first_thin = 0, thin = 0;
+    std::uint32_t first_doubt = 0, doubts = 0;
   };
   ClusterId source;
   std::vector<Strand> strands;  // of the patches that have links, ascending
   std::vector<LinkHead> links;
   std::vector<float> couplings;
   std::vector<ThinLink> thin;
+  std::vector<Doubt> doubts;
 
   std::size_t count() const { return links.size() + thin.size(); }
   std::size_t bytes() const {
     return sizeof(Braid) + strands.size() * sizeof(Strand) + links.size() * sizeof(LinkHead) +
-           couplings.size() * sizeof(float) + thin.size() * sizeof(ThinLink);
+           couplings.size() * sizeof(float) + thin.size() * sizeof(ThinLink) +
+           doubts.size() * sizeof(Doubt);
   }
 };
 

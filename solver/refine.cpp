@@ -35,6 +35,14 @@ constexpr double kDarkEnd = 1.73;
 // A source's leaf is cut in parts no smaller than this share of it.
 constexpr double kSmallestPart = 1.0 / 64;
 
+// Variance of a thin link's form factor, relative to its square: one segment got through of one.
+constexpr double kThinDoubt = 2.0 / 9;
+// A patch pair's form factor is in doubt where its standard deviation is more than this: ten thousand
+// such sources leave a hundredth of the row open.
+constexpr double kLeastDoubt = 1e-4;
+// What nodes alone leave open of a form factor, relative to it.
+constexpr double kUnsureShape = 0.01;
+
 double squared(double x) { return x * x; }
 
 // All of the polygon behind the plane through x with normal n, or on it?
@@ -58,7 +66,9 @@ double form_factor_bound(const Site& r, const Site& s) {
   return std::min(1.0, s.area / (3.14159265358979 * gap2 + 1e-300));
 }
 
-// Spread over the source of the receiver's sensitivity to it, as a form factor.
+// Spread over the source of the receiver's sensitivity to it, as a form factor. A receiver close to a
+// large source sees mostly a part of it, near which there need be no node: a lamp's back sees the spot
+// of the ceiling that it lights.
 double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
   double sum = 0;
   for (int l = 0; l < kernel.columns; ++l) {
@@ -66,7 +76,9 @@ double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
     for (int k = 0; k < kernel.rows; ++k) at += r.weight[k] * kernel.g[k][l];
     sum += squared(at) / s.weight[l];
   }
-  return std::sqrt(std::max(0.0, sum - squared(kernel.mean)));
+  const Vec3 gap = r.center - nearest_point(s, r.center);
+  const double part = std::min(1.0, (r.area + 3.14159265358979 * dot(gap, gap)) / s.area);
+  return std::sqrt(std::max({0.0, sum - squared(kernel.mean), (1 - part) * squared(kernel.mean)}));
 }
 
 // The least of the receiver's nodes' seen configuration factors.
@@ -90,6 +102,13 @@ double seen_share(const Site& r, const Kernel& kernel, VisibleMask visible) {
       if (visible & lane(k, l)) seen += g;
     }
   return all > 0 ? seen / all : 0;
+}
+
+// Variance of a form factor of which 16 segments see the share v, by the rule of succession: that none
+// got through, or all, does not make it certain.
+double variance_of(double form_factor, double v) {
+  const double expected = (kRayLanes * v + 1) / (kRayLanes + 2);
+  return squared(form_factor) * expected * (1 - expected) / kRayLanes;
 }
 
 std::uint32_t mix(std::uint32_t x) {  // a hash of the pair, never a running generator
@@ -155,8 +174,11 @@ void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out)
     const PatchHead& head = *source.patches[q].head;
     if (head.inert || head.patch == receiver.head.patch) continue;
     if (!facing(root, source.sites[q], settings_.tolerance)) continue;
+    doubt_ = 0;
     descend(0, root, make_source(source.patches[q], static_cast<std::uint32_t>(q), 0,
                                  source.sites[q]), nullptr);
+    if (doubt_ > squared(kLeastDoubt) * root.area)
+      out.doubts.push_back({static_cast<std::uint32_t>(q), static_cast<float>(doubt_)});
   }
 }
 
@@ -176,7 +198,7 @@ Refiner::Source Refiner::make_source(const PatchView& patch, std::uint32_t index
   return s;
 }
 
-// Misfit of the receiver's basis to the transfer across its nodes, centre and brightest spot, as a form
+// Misfit of the receiver's basis to the transfer across its nodes, centre and probes, as a form
 // factor, root mean square over the receiver.
 double Refiner::misfit(std::int32_t receiver, const Site& r, const Kernel& kernel,
                        VisibleMask visible) const {
@@ -196,15 +218,16 @@ double Refiner::misfit(std::int32_t receiver, const Site& r, const Kernel& kerne
     rest2 += r.weight[k] * squared(f[k] - at);
   }
   const double bowl = kBowl * (kernel.center - kernel.mean);
-  const BasisValues phi =
-      evaluate_basis(patch.basis_of(receiver), patch.elements[receiver], patch.order,
-                     patch.head->frame.to_plane(kernel.peak_at));
-  double at_peak = 0;
-  for (int a = 0; a < n; ++a) at_peak += fit[a] * phi[a];
-  const double share = std::min(1.0, kernel.peak_area / r.area);
-  // A spot larger than the element is seen by its nodes.
-  const double peak2 = share < 1 ? share * squared(kernel.peak - at_peak) : 0;
-  return std::sqrt(rest2 + squared(bowl) + peak2);
+  for (const Probe& probe : std::span(kernel.probes).first(kernel.probe_count)) {
+    const double share = probe.area / r.area;
+    if (share >= 1) continue;  // as large as the element: its nodes see it
+    const BasisValues phi = evaluate_basis(patch.basis_of(receiver), patch.elements[receiver],
+                                           patch.order, patch.head->frame.to_plane(probe.at));
+    double at = 0;
+    for (int a = 0; a < n; ++a) at += fit[a] * phi[a];
+    rest2 += share * squared(probe.factor - at);
+  }
+  return std::sqrt(rest2 + squared(bowl));
 }
 
 // What a unit of irradiance error on this element weighs. Errors are relative to the light that is
@@ -252,9 +275,10 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
 
   // What the shape alone gets wrong needs no ray to be known.
   const double shape = source.radiosity * misfit(receiver, site, kernel, kAllVisible);
-  double variation = source.detail * sensitivity_spread(site, *source.site, kernel);
+  double variation =
+      source.detail > 0 ? source.detail * sensitivity_spread(site, *source.site, kernel) : 0;
   VisibleMask visible = kAllVisible;
-  double shadow = 0, seen_shape = shape;
+  double shadow = 0, seen_shape = shape, variance = squared(kUnsureShape * kernel.mean);
   Tube tube;
   if (around_.index) {
     const Variety variety = look_through(tube, parent, site, *source.site);
@@ -263,6 +287,7 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
       visible = look(site, *source.site, kernel);
       const double v = seen_share(site, kernel, visible);
       const double transfer = source.radiosity * kernel.mean;
+      variance += variance_of(kernel.mean, v);
       // What is hidden of the source need not be as bright as what is seen.
       variation = std::max(variation, kHidden * source.detail * kernel.mean);
       shadow = std::max(kUnsure * (transfer + shape), kMixed * std::sqrt(v * (1 - v)) * transfer);
@@ -276,7 +301,7 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
       std::sqrt(squared(seen_shape) + squared(shadow) + squared(variation) + squared(jump));
   const double arriving = source.radiosity * darkest_row(kernel, visible);
   if (error * weight(receiver, arriving) <= settings_.threshold)
-    return full_link(receiver, site, source, kernel, visible);
+    return full_link(receiver, site, source, kernel, visible, variance);
 
   const bool source_first =
       jump < std::max(seen_shape, shadow) &&
@@ -289,7 +314,7 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
     return;
   }
   if (!source_first && descend_source(receiver, site, source, tube)) return;
-  full_link(receiver, site, source, kernel, visible);
+  full_link(receiver, site, source, kernel, visible, variance);
 }
 
 void Refiner::descend_receiver(std::int32_t receiver, const Source& source, const Tube& tube) {
@@ -347,7 +372,8 @@ VisibleMask Refiner::look(const Site& receiver, const Site& source, const Kernel
 }
 
 void Refiner::full_link(std::int32_t receiver, const Site& site, const Source& source,
-                        const Kernel& kernel, VisibleMask visible) {
+                        const Kernel& kernel, VisibleMask visible, double variance) {
+  doubt_ += variance * site.area;
   if (visible == 0 || !(kernel.mean > 0)) return;
   const int n = coefficient_count(tree_->order);
   const std::size_t at = out_->couplings.size();
@@ -371,6 +397,7 @@ void Refiner::thin_link(std::int32_t receiver, const Site& site, const Source& s
   const double d2 = dot(d, d);
   const double coupling =
       source.site->area * cx * cy / (d2 * (3.14159265358979 * d2 + source.site->area));
+  doubt_ += kThinDoubt * squared(coupling) * site.area;
   waiting_.push_back({{static_cast<std::uint32_t>(receiver), source.patch_index,
                        static_cast<std::uint32_t>(source.element)},
                       static_cast<float>(coupling), x, y, out_});

@@ -88,7 +88,7 @@ class Refiner {
   Variety look_through(Tube& tube, const Tube* parent, const Site& r, const Site& s);
   void thin_link(std::int32_t receiver, const Site& site, const Source& source);
   void full_link(std::int32_t receiver, const Site& site, const Source& source,
-                 const Kernel& kernel, VisibleMask visible);
+                 const Kernel& kernel, VisibleMask visible, double variance);
   VisibleMask look(const Site& receiver, const Site& source, const Kernel& kernel);
   double misfit(std::int32_t receiver, const Site& site, const Kernel& kernel,
                 VisibleMask visible) const;
@@ -98,6 +98,7 @@ class Refiner {
   Surroundings around_;
   RefineCounters counters_;
   PatchTree* tree_ = nullptr;
+  double doubt_ = 0;  // m², of the patch pair at hand
   LinkSet* out_ = nullptr;
   std::vector<Waiting> waiting_;
 };
