@@ -1,6 +1,7 @@
 #include "solver/refine.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "solver/element_tree.h"
@@ -18,7 +19,11 @@ constexpr double kDarkest = 0.5;
 constexpr double kNegligible = 2e-3;
 // Root mean square error left by a mixed bundle of 16 segments, relative to √(v(1-v)) of the transfer.
 constexpr double kMixed = 0.5;
-// The same for a bundle that agrees on every segment though something may stand between.
+// The same for a bundle that agrees on every segment though something may stand between: its four ends
+// on either side are as good as four segments where a blocker is close to one of them, a table over the
+// floor.
+constexpr double kUnsureFour = 0.19;
+// And where sixteen more segments between ends of their own agree as well.
 constexpr double kUnsure = 0.04;
 // From centre against mean of a parabola's four Gauss nodes to the root mean square of its misfit to a
 // plane: √(4/45) / (1/3).
@@ -141,6 +146,28 @@ void halve(std::span<const Vec2> outline, std::vector<Vec2>& a, std::vector<Vec2
       const Vec2 x = p + (q - p) * (dp / (dp - dq));
       a.push_back(x);
       b.push_back(x);
+    }
+  }
+}
+
+// Sixteen points spread over a site by a sequence of low discrepancy. [Roberts 2018, R2]
+void spread(const Site& site, double shift, std::span<Vec3, kRayLanes> out) {
+  constexpr double kPlastic1 = 0.7548776662466927, kPlastic2 = 0.5698402909980532;
+  const std::span<const Vec3> v = site.polygon();
+  double whole = 0;
+  for (std::size_t t = 2; t < v.size(); ++t) whole += length(cross(v[t - 1] - v[0], v[t] - v[0]));
+  for (int i = 0; i < kRayLanes; ++i) {
+    const double a = (i + shift) * kPlastic1, b = (i + shift) * kPlastic2;
+    double at = (a - std::floor(a)) * whole;  // along the fan of triangles round the first vertex
+    for (std::size_t t = 2; t < v.size(); ++t) {
+      const double part = length(cross(v[t - 1] - v[0], v[t] - v[0]));
+      if (at > part && t + 1 < v.size()) {
+        at -= part;
+        continue;
+      }
+      const double r = std::sqrt(std::min(1.0, at / part)), s = b - std::floor(b);
+      out[i] = v[0] + r * ((1 - s) * (v[t - 1] - v[0]) + s * (v[t] - v[0]));
+      break;
     }
   }
 }
@@ -285,8 +312,12 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
     if (variety == Variety::INVISIBLE) return;
     if (variety == Variety::PARTIAL && kernel.mean > 0) {
       visible = look(site, *source.site, kernel);
-      const double v = seen_share(site, kernel, visible);
+      double v = seen_share(site, kernel, visible);
       const double transfer = source.radiosity * kernel.mean;
+      const double arriving = source.radiosity * darkest_row(kernel, visible);
+      if ((v == 0 || v == 1) &&
+          kUnsureFour * transfer * weight(receiver, arriving) > settings_.threshold)
+        v = 0.5 * (v + scattered_share(site, *source.site));
       variance += variance_of(kernel.mean, v);
       // What is hidden of the source need not be as bright as what is seen.
       variation = std::max(variation, kHidden * source.detail * kernel.mean);
@@ -353,6 +384,26 @@ bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Sour
     if (facing(site, half_site, settings_.tolerance)) descend(receiver, site, half, &tube);
   }
   return true;
+}
+
+// The share of sixteen segments between points of their own that nothing blocks.
+double Refiner::scattered_share(const Site& receiver, const Site& source) {
+  constexpr double kShift = 0.5, kOtherShift = 8.25;  // so that ends are paired without a pattern
+  std::array<Vec3, kRayLanes> from, to;
+  spread(receiver, kShift, from);
+  spread(source, kOtherShift, to);
+  SegmentPacket packet;
+  for (int i = 0; i < kRayLanes; ++i) {
+    const Vec3 d = to[i] - from[i];
+    if (dot(receiver.normal, d) > 0 && dot(source.normal, d) < 0) packet.set(i, from[i], to[i]);
+  }
+  if (packet.valid == 0) return 0;
+  counters_.rays += std::popcount(packet.valid);
+  ++counters_.packets;
+  std::uint16_t blocked = 0;
+  around_.rays->occluded16(packet, blocked);
+  return double(std::popcount(std::uint16_t(packet.valid & ~blocked))) /
+         std::popcount(packet.valid);
 }
 
 VisibleMask Refiner::look(const Site& receiver, const Site& source, const Kernel& kernel) {

@@ -90,6 +90,7 @@ class Refiner {
   void full_link(std::int32_t receiver, const Site& site, const Source& source,
                  const Kernel& kernel, VisibleMask visible, double variance);
   VisibleMask look(const Site& receiver, const Site& source, const Kernel& kernel);
+  double scattered_share(const Site& receiver, const Site& source);
   double misfit(std::int32_t receiver, const Site& site, const Kernel& kernel,
                 VisibleMask visible) const;
   double weight(std::int32_t receiver, double arriving) const;
