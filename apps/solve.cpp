@@ -1,10 +1,10 @@
 // atrium solve SCENE -o RUN: the main job.
 #include <signal.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cstdint>
+#include <ctime>
 #include <fstream>
 #include <iostream>
 #include <iterator>

@@ -121,21 +121,20 @@ void transfer(const GatherTask& task, const ClusterView& source, const Braid& br
 
 // A row sums to what does not leave the scene. Where nothing does that holds for every leaf; where
 // little does, for the patch as a whole, of which it was measured; an open patch's row is left as it is.
+// Rows far beyond would let light grow from bounce to bounce: they are scaled.
 Closing closing_of(const PatchTree& tree, const RowMean& mean) {
   constexpr double kOpen = 0.1;   // share of directions that leave
-  constexpr double kMost = 1.05;  // what a mean row may be too much by
+  constexpr double kMost = 1.05;  // what the doubts may take off, of what stays
   Closing c;
   if (!(mean.weight > 0)) return c;
   const double row = mean.form_factors / tree.head.area;
-  // Beyond 1/ρ light would grow from bounce to bounce: half the way there is the most.
-  const Spectrum& r = tree.head.reflectance;
-  const double rho = std::max({r.r, r.g, r.b});
-  const double most = rho > 0 ? std::min(kMost, 0.5 + 0.5 / rho) : kMost;
-  c.scale = std::min(1.0, most / row);
-  if (tree.head.escape > kOpen) return c;
-  c.how = tree.head.escape == 0 ? Closing::How::kEachLeaf : Closing::How::kWholePatch;
-  c.missing = 1 - tree.head.escape - c.scale * row;
+  c.whole = 1 - tree.head.escape;
+  c.missing = c.whole - row;
   c.mean_radiosity = mean.light / mean.weight;
+  if (row > kMost)
+    c.how = Closing::How::kNoMore;
+  else if (tree.head.escape <= kOpen)
+    c.how = tree.head.escape == 0 ? Closing::How::kEachLeaf : Closing::How::kWholePatch;
   return c;
 }
 

@@ -32,10 +32,10 @@ std::atomic<bool> stop_flag{false};
 constexpr std::array<double, 3> kLevels{16, 4, 1};
 // Link threshold of the last level ÷ error asked for: found on the scenes with references, so that what
 // is asked for is about what the truth says.
-constexpr double kThresholdOfError = 0.006;
+constexpr double kThresholdOfError = 0.005;
 // A level ends when the light still to come is below this share of all: coarse ones, and for the
 // last relative to the error asked for.
-constexpr double kCoarseRest = 0.05;
+constexpr double kCoarseRest = 0.01;
 constexpr double kFineRestOfError = 1.0 / 50;
 // So many sweeps in a row without progress, and none is to be expected. Links that are made anew each
 // time are not quite the same each time: where there are such, the change stays at their noise, and

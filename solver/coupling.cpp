@@ -15,8 +15,10 @@ namespace {
 // closed form, which is then evaluated.
 constexpr double kNear = 4.0;
 
-// A point is the foot of another where it is nearer to it than this share of the area, squared.
-constexpr double kOnFoot = 1e-12;
+// Lengths this near each other, relative, are equal: a shifted copy must be probed alike.
+constexpr double kTie = 1e-6;
+// Nearer to the rim than this share of a site's size, a point is on it.
+constexpr double kRim = 1e-6;
 
 double kernel_at(const Vec3& x, const Vec3& nx, const Vec3& y, const Vec3& ny) {
   const Vec3 d = y - x;
@@ -41,6 +43,18 @@ double fill_row(const Vec3& x, const Vec3& n, const Site& source,
   for (int l = 0; l < source.nodes; ++l)
     row[l] = sum > 0 ? row[l] * (exact / sum) : exact * source.weight[l];
   return exact;
+}
+
+// How far within its rim a point of the site's plane lies, m; not positive outside.
+double rim_distance(const Site& site, const Vec3& foot) {
+  double least = 2 * site.radius;
+  for (int i = 0; i < site.vertices; ++i) {
+    const Vec3& a = site.outline[i];
+    const Vec3 edge = site.outline[i + 1 < site.vertices ? i + 1 : 0] - a;
+    const double l = length(edge);
+    if (l > 0) least = std::min(least, dot(cross(site.normal, edge), foot - a) / l);
+  }
+  return least;
 }
 
 }  // namespace
@@ -77,28 +91,27 @@ Site make_site(const PatchView& patch, std::size_t i, std::span<const Vec2> part
 
 Vec3 nearest_point(const Site& site, const Vec3& x) {
   const Vec3 foot = x - dot(site.normal, x - site.center) * site.normal;
+  if (rim_distance(site, foot) > 0) return foot;
   Vec3 best = foot;
   double best2 = -1;
-  bool inside = true;
   for (int i = 0; i < site.vertices; ++i) {
     const Vec3& a = site.outline[i];
     const Vec3 edge = site.outline[i + 1 < site.vertices ? i + 1 : 0] - a;
-    const Vec3 at = foot - a;
-    if (dot(cross(edge, at), site.normal) < 0) inside = false;
     const double l2 = dot(edge, edge);
-    const Vec3 on = l2 > 0 ? a + std::clamp(dot(at, edge) / l2, 0.0, 1.0) * edge : a;
+    const Vec3 on = l2 > 0 ? a + std::clamp(dot(foot - a, edge) / l2, 0.0, 1.0) * edge : a;
     const double d2 = dot(on - foot, on - foot);
-    if (best2 >= 0 && d2 >= best2) continue;
+    if (best2 >= 0 && d2 >= (1 - kTie) * best2) continue;
     best2 = d2;
     best = on;
   }
-  return inside ? foot : best;
+  return best;
 }
 
 namespace {
 
+// Farther away a probe would stand for more than all of the receiver: π > 1.8².
 bool close_by(const Site& r, const Site& s) {
-  return length(s.center - r.center) < 2 * r.radius + s.radius;
+  return length(s.center - r.center) < 2.8 * r.radius + s.radius;
 }
 
 double factor_at(const Vec3& x, const Site& r, const Site& s) {
@@ -108,13 +121,12 @@ double factor_at(const Vec3& x, const Site& r, const Site& s) {
 
 // A source above the inside lights a spot of its own size and more, one beside it a strip of the rim.
 Probe probe_next_to(const Site& r, const Site& s) {
-  const Vec3 x = nearest_point(r, s.center), off = s.center - x;
-  const double height = dot(r.normal, off);
-  const bool inside = dot(off, off) - height * height < kOnFoot * r.area;
-  const double gap = length(x - nearest_point(s, x));
-  const double area = inside ? s.area + std::numbers::pi * height * height
-                             : gap * std::sqrt(r.area);
-  return {factor_at(x, r, s), x, area};
+  const double height = dot(r.normal, s.center - r.center);
+  const Vec3 foot = s.center - height * r.normal;
+  if (rim_distance(r, foot) > kRim * r.radius)
+    return {factor_at(foot, r, s), foot, s.area + std::numbers::pi * height * height};
+  const Vec3 x = nearest_point(r, s.center);
+  return {factor_at(x, r, s), x, length(x - nearest_point(s, x)) * std::sqrt(r.area)};
 }
 
 // Its like are the strip along the whole rim, as wide as the gap there.
@@ -123,7 +135,7 @@ Probe probe_far_corner(const Site& r, const Site& s) {
   double perimeter = 0;
   for (int i = 0; i < r.vertices; ++i) {
     const Vec3& v = r.outline[i];
-    if (length(v - s.center) > length(far - s.center)) far = v;
+    if (length(v - s.center) > (1 + kTie) * length(far - s.center)) far = v;
     perimeter += length(r.outline[i + 1 < r.vertices ? i + 1 : 0] - v);
   }
   const double gap = length(far - nearest_point(s, far));

@@ -31,8 +31,12 @@ TwoScale two_scale(const PatchView& v, const Element& parent, std::size_t pi, co
 double squared(double x) { return x * x; }
 
 void close_row(std::span<double> g, const Closing& closing) {
-  for (double& x : g) x *= closing.scale;
   if (closing.how == Closing::How::kOpen) return;
+  if (closing.how == Closing::How::kNoMore) {
+    const double scale = std::min(1.0, closing.whole / std::max(closing.whole, g[kRowSum]));
+    for (double& x : g) x *= scale;
+    return;
+  }
   const bool each = closing.how == Closing::How::kEachLeaf;
   for (std::size_t a = 0; a < g.size(); a += kGatherChannels) {
     // The row is 1 everywhere: the basis' first function alone.
@@ -41,6 +45,10 @@ void close_row(std::span<double> g, const Closing& closing) {
     for (int c = 0; c < kChannels; ++c) g[a + c] += missing * closing.mean_radiosity[c];
     g[a + kRowSum] += missing;
   }
+  // More than there is cannot be taken off.
+  for (int c = 0; c < kChannels; ++c)
+    if (g[c] < 0)
+      for (std::size_t a = 0; a < g.size(); a += kGatherChannels) g[a + c] = 0;
 }
 
 }  // namespace

@@ -28,10 +28,15 @@ struct GatherSlots {
 // is missing (or too much). [facts: adding the missing form factor times the room's mean radiosity
 // halves the time to 1%]
 struct Closing {
-  enum class How { kOpen, kEachLeaf, kWholePatch };
-  How how = How::kOpen;        // kEachLeaf where nothing leaves the scene: every row sums to 1
-  double scale = 1;            // of all rows first: below 1 where the patch sees more than everything
-  double missing = 0;          // kWholePatch: of the patch's mean row, scaled
+  enum class How {
+    kOpen,        // rows stay as they are
+    kEachLeaf,    // nothing leaves the scene: every row sums to 1
+    kWholePatch,  // the patch's mean row is made up
+    kNoMore,      // links are far too much: no row may sum to more than `whole`
+  };
+  How how = How::kOpen;
+  double missing = 0;          // kWholePatch: of the patch's mean row
+  double whole = 1;            // kNoMore
   Spectrum mean_radiosity{0};  // lm/m², of what the patch sees
 };
 

@@ -247,12 +247,13 @@ double Refiner::misfit(std::int32_t receiver, const Site& r, const Kernel& kerne
   const double bowl = kBowl * (kernel.center - kernel.mean);
   for (const Probe& probe : std::span(kernel.probes).first(kernel.probe_count)) {
     const double share = probe.area / r.area;
-    if (share >= 1) continue;  // as large as the element: its nodes see it
+    if (share >= 1) continue;
     const BasisValues phi = evaluate_basis(patch.basis_of(receiver), patch.elements[receiver],
                                            patch.order, patch.head->frame.to_plane(probe.at));
     double at = 0;
     for (int a = 0; a < n; ++a) at += fit[a] * phi[a];
-    rest2 += share * squared(probe.factor - at);
+    // The larger its part of the element, the more the nodes have seen of it.
+    rest2 += share * (1 - share * share) * squared(probe.factor - at);
   }
   return std::sqrt(rest2 + squared(bowl));
 }

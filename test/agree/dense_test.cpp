@@ -121,7 +121,8 @@ TEST_P(Dense, JacobiGaussSeidelAndEliminationAgree) {
 
 // Against the dense reference: its own discretisation, which is what halving its elements changes,
 // and the error asked for. Orders among each other: each leaves a fiftieth of that error undone,
-// and takes its decisions of refinement on a brightness that is not yet the other's.
+// and takes its decisions of refinement on a brightness that is not yet the other's: where one splits an
+// element and the other does not, constants differ by half a step, linear functions by less.
 TEST_P(Dense, PartitionedSolverAgreesInEveryOrder) {
   const Reference& r = reference();
   const Model& model = r.prepared.model;
@@ -130,6 +131,7 @@ TEST_P(Dense, PartitionedSolverAgreesInEveryOrder) {
   for (const int basis : {1, 2}) {
     std::vector<std::vector<Spectrum>> solutions;
     const double error = basis == 1 ? 0.04 : 0.01;
+    const double among_orders = error / (basis == 1 ? 5 : 10);
     for (const std::string& order : order_names()) {
       SCOPED_TRACE(order + ", basis " + std::to_string(basis));
       SolveOptions o = bench().options();
@@ -141,7 +143,7 @@ TEST_P(Dense, PartitionedSolverAgreesInEveryOrder) {
       EXPECT_EQ(run.summary().exit_code, 0);
       solutions.push_back(patch_irradiance(run, model.patches.size()));
       EXPECT_LT(difference(model, solutions.back(), r.e_fine), discretisation + error);
-      EXPECT_LT(difference(model, solutions.back(), solutions[0]), error / 10);
+      EXPECT_LT(difference(model, solutions.back(), solutions[0]), among_orders);
     }
   }
 }

@@ -125,29 +125,29 @@ TEST_F(Gather, PlaitedSetsAreTheStrands) {
   }
 }
 
-// Means are weighed by form factor and receiving area; a source above the cap counts with its
-// colour but not with its brightness.
-TEST_F(Gather, MeanRadiosityIsCapped) {
+// The mean that closes a row is that of the source patches in doubt, by their doubt; one above the cap
+// counts with its colour but not with its brightness.
+TEST_F(Gather, MeanRadiosityIsThatOfTheDoubtfulAndCapped) {
   LinkSet set;
-  set.thin.push_back({{1, 1, 1}, 0.25f});
-  set.thin.push_back({{0, 1, 2}, 0.5f});
-  const double a1 = receiver_.elements[1].area, a0 = receiver_.elements[0].area;
-  const auto b = [&](std::size_t i) {
-    return Spectrum{radiosity(i, 0, 0), radiosity(i, 0, 1), radiosity(i, 0, 2)};
+  set.doubts.push_back({0, 0.25f});
+  set.doubts.push_back({1, 0.5f});
+  const auto mean_of = [&](std::size_t patch) {
+    const PatchTree& t = trees_[patch];
+    return t.head.exitance + t.head.reflectance * Spectrum{t.e[0], t.e[1], t.e[2]};
   };
+  const Spectrum b0 = mean_of(0), b1 = mean_of(1);
   run(set, kNoCap);
-  EXPECT_NEAR(mean_.weight, .25 * a1 + .5 * a0, 1e-12);
-  const Spectrum expected = .25 * a1 * b(1) + .5 * a0 * b(2);
-  for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(mean_.light[c], expected[c], 1e-12);
+  EXPECT_EQ(mean_.weight, 0.75);
+  EXPECT_EQ(mean_.form_factors, 0);
+  for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(mean_.light[c], .25 * b0[c] + .5 * b1[c], 1e-12);
 
   mean_ = {};
-  const double cap = 0.5 * (luminance(b(1)) + luminance(b(2)));
+  const double l0 = luminance(b0), l1 = luminance(b1), cap = 0.5 * (l0 + l1);
+  ASSERT_NE(l0, l1);
   run(set, cap);
-  const std::size_t bright = luminance(b(1)) > luminance(b(2)) ? 1 : 2;
-  const Spectrum capped = b(bright) * (cap / luminance(b(bright)));
-  const Spectrum with_cap =
-      .25 * a1 * (bright == 1 ? capped : b(1)) + .5 * a0 * (bright == 2 ? capped : b(2));
-  for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(mean_.light[c], with_cap[c], 1e-12);
+  const double s0 = std::min(1.0, cap / l0), s1 = std::min(1.0, cap / l1);
+  for (int c = 0; c < kChannels; ++c)
+    EXPECT_NEAR(mean_.light[c], .25 * s0 * b0[c] + .5 * s1 * b1[c], 1e-12);
 }
 
 }  // namespace
