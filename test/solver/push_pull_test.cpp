@@ -250,6 +250,29 @@ TEST(Closing, OpenRowsAreLeftAsTheyAre) {
   EXPECT_EQ(tree.e, (std::vector<double>{10, 20, 30}));
 }
 
+// A row that sums to 2 twice what closes it has: half of the light goes, none turns negative.
+TEST(Closing, RowsFarTooMuchAreScaled) {
+  PatchTree tree = tree_of(shapes()[3], 1);
+  GatherSlots slots;
+  slots.reset(1, 1);
+  slots.g = {10, 20, 30, 2};
+  push_pull(tree, slots, {.how = Closing::How::kNoMore, .whole = 0.5});
+  EXPECT_EQ(tree.e, (std::vector<double>{2.5, 5, 7.5}));
+  slots.g = {10, 20, 30, 0.25};  // not too much
+  push_pull(tree, slots, {.how = Closing::How::kNoMore, .whole = 0.5});
+  EXPECT_EQ(tree.e, (std::vector<double>{10, 20, 30}));
+}
+
+TEST(Closing, TakesOffNoMoreThanThereIs) {
+  PatchTree tree = tree_of(shapes()[3], 1);
+  GatherSlots slots;
+  slots.reset(1, 1);
+  slots.g = {10, 20, 30, 1.25};
+  push_pull(tree, slots,
+            {.how = Closing::How::kEachLeaf, .mean_radiosity = Spectrum{100, 40, 40}});
+  EXPECT_EQ(tree.e, (std::vector<double>{0, 10, 20}));
+}
+
 // What a patch as a whole misses is spread over all of it.
 TEST(Closing, WholePatchGetsItsMissingShareEverywhere) {
   PatchTree tree = tree_of(shapes()[3], 2);

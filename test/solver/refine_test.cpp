@@ -232,6 +232,90 @@ TEST(Refine, SameBitsEveryTime) {
   EXPECT_EQ(a.tree.e, b.tree.e);
 }
 
+// Tables over the Gauss nodes of a floor hide every segment from node to node, not the floor. What is
+// seen of it from above, by a grid of rays that knows no nodes, is a good part.
+TEST(Refine, TablesOverTheNodesDoNotHideTheFloor) {
+  std::vector<Polygon> tables;
+  for (const double x : {0.2113, 0.7887})
+    for (const double y : {0.2113, 0.7887})
+      tables.push_back(parallelogram({x - .1, y - .1, 0.02}, {.2, 0, 0}, {0, .2, 0}));
+  const Transfer t{floor_square(), ceiling_square(1), tables, 2};
+  const Outcome o = carry_out(t, settings_of(0.002));
+  // The tables cover 16% of the floor so closely that all above them is lost, and little beside.
+  const double open = form_factor(t.receiver, t.source);
+  EXPECT_NEAR(o.mean(), 0.84 * open, 0.04 * open);
+}
+
+// A panel of 0.6 m two hundredths below a ceiling: what the ceiling receives is the closed form's,
+// on the spot, at its rim and in all, though the panel's nodes see no rim and the ceiling's no spot.
+TEST(Refine, SpotOfAPanelCloseToACeiling) {
+  const Polygon ceiling = parallelogram({-2, -2, 0}, {4, 0, 0}, {0, 4, 0});
+  const Polygon panel = parallelogram({-.3, -.3, .02}, {0, .6, 0}, {.6, 0, 0});
+  const Outcome o = carry_out({ceiling, panel, {}, 2}, settings_of(1e-3));
+  EXPECT_NEAR(o.mean(), form_factor(ceiling, panel), 0.01 * form_factor(ceiling, panel));
+  const auto exact = [&](const Vec3& x) { return point_to_polygon(x, {0, 0, 1}, panel); };
+  EXPECT_LT(rms_error(o.tree, exact), allowed(o, 1e-3));
+}
+
+// Seen from the panel, the ceiling is what it is above the panel, not what it is in the mean: the
+// spot, a hundredth of the ceiling, sends all that arrives.
+TEST(Refine, ReceiverCloseToALargeSourceSeesThePartNextToIt) {
+  Patches patches(2);
+  const PatchId r = patches.add(parallelogram({-.2, -.2, .02}, {0, .4, 0}, {.4, 0, 0}));
+  patches.add(parallelogram({-2, -2, 0}, {4, 0, 0}, {0, 4, 0}), {Spectrum{1}, Spectrum{0}});
+  std::vector<PatchTree> trees = patches.trees();
+  PatchTree& ceiling = trees[1];
+  grow(ceiling, 511);
+  GatherSlots light;
+  light.reset(ceiling.elements.size(), ceiling.view().k());
+  for (std::size_t i = 0; i < ceiling.elements.size(); ++i) {
+    const Vec3 at = ceiling.view().point(ceiling.elements[i].centroid);
+    if (ceiling.elements[i].leaf() && std::max(std::abs(at.x), std::abs(at.y)) < 0.25)
+      for (int c = 0; c < kChannels; ++c)
+        light.g[i * ceiling.view().k() * kGatherChannels + c] = 100;
+  }
+  push_pull(ceiling, light, {});
+  std::vector<PatchTree> sources{ceiling};
+  const Record record(0, sources);
+  const ClusterView view = record.view();
+  const SourceRoots roots(view);
+  PatchTree receiver = trees[r.value];
+  Refiner refiner(settings_of(0.01), {});
+  LinkSet set;
+  refiner.link(receiver, roots, set);
+  refiner.flush();
+  GatherSlots slots;
+  slots.reset(receiver.elements.size(), receiver.view().k());
+  RowMean mean;
+  const Braid braid = plait(ClusterId(0u), std::span(&set, 1));
+  for (const Braid::Strand& strand : braid.strands)
+    gather(braid, strand, view, 2, receiver.elements, kNoCap, slots, mean);
+  push_pull(receiver, slots, {});
+  const Polygon spot = parallelogram({-.25, -.25, 0}, {.5, 0, 0}, {0, .5, 0});
+  const double exact = 100 * form_factor(parallelogram({-.2, -.2, .02}, {0, .4, 0}, {.4, 0, 0}), spot);
+  EXPECT_NEAR(receiver.e[0], exact, 0.01 * exact);
+}
+
+// What no segment gets through is in doubt, and so is what all do while something may stand between;
+// an open transfer hardly is.
+TEST(Refine, DoubtIsWhereSomethingMayStandBetween) {
+  const auto weight = [](const Outcome& o) {
+    double sum = 0;
+    for (const Doubt& d : o.set.doubts) sum += d.weight;
+    return sum;
+  };
+  const Polygon slit = parallelogram({-1, -1, .5}, {3, 0, 0}, {0, 3, 0});  // hides everything, two parts
+  const Polygon left = parallelogram({-1, -1, .5}, {1.6, 0, 0}, {0, 3, 0});
+  const Polygon right = parallelogram({.601, -1, .5}, {1.4, 0, 0}, {0, 3, 0});
+  const Outcome open = carry_out({floor_square(), ceiling_square(1), {}, 2}, settings_of(0.3));
+  const Outcome shut = carry_out({floor_square(), ceiling_square(1), {slit}, 2}, settings_of(0.3));
+  const Outcome ajar =
+      carry_out({floor_square(), ceiling_square(1), {left, right}, 2}, settings_of(0.3));
+  EXPECT_LT(weight(open), 1e-4);
+  EXPECT_EQ(weight(shut), 0);  // the tube knows
+  EXPECT_GT(weight(ajar), 10 * weight(open));
+}
+
 // Two squares a hundred metres apart: their transfer is too weak to matter in shape, and still
 // there.
 TEST(Refine, WeakTransfersAreThinAndNotLost) {
