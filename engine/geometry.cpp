@@ -160,4 +160,10 @@ Frame frame_of(PolygonView polygon) {
   return f;
 }
 
+Vec3 cosine_direction(const Frame& f, int i, int count) {
+  constexpr double kGoldenAngle = 2.39996322972865332;
+  const double r2 = (i + 0.5) / count, r = std::sqrt(r2), a = kGoldenAngle * i;
+  return r * std::cos(a) * f.u + r * std::sin(a) * f.v + std::sqrt(1 - r2) * f.n;
+}
+
 }  // namespace atrium

@@ -69,4 +69,8 @@ struct Frame {
 };
 Frame frame_of(PolygonView polygon);
 
+// Direction i of a cosine-weighted bundle about the frame's normal, unit length: a Fibonacci spiral over
+// the disc, lifted. [Malley]
+Vec3 cosine_direction(const Frame& frame, int i, int count);
+
 }  // namespace atrium

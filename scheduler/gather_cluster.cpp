@@ -36,13 +36,6 @@ struct Receiver {
   }
 };
 
-// Directions of a cosine-weighted bundle: a Fibonacci spiral over the disc, lifted. [Malley]
-Vec3 cosine_direction(const Frame& f, int i, int count) {
-  constexpr double kGoldenAngle = 2.39996322972865332;
-  const double r2 = (i + 0.5) / count, r = std::sqrt(r2), a = kGoldenAngle * i;
-  return r * std::cos(a) * f.u + r * std::sin(a) * f.v + std::sqrt(1 - r2) * f.n;
-}
-
 int count_escapes(const PatchTree& tree, const Site& root, const RayScene& rays, int count,
                   double tolerance) {
   int escaped = 0;

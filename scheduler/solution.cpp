@@ -124,14 +124,13 @@ Result<Spectrum> Solution::final_gather(const Vec3& x, const Vec3& normal, int d
       polygons.push_back({model.polygon(model.patches[p]), static_cast<std::uint32_t>(p)});
     parts_->rays.emplace(polygons);
   }
-  const Vec3 n = normalize(normal);
-  const Vec3 u = normalize(cross(std::abs(n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}, n));
-  const Vec3 v = cross(n, u);
-  constexpr double kGoldenAngle = 2.39996322972865332;
+  Frame f;
+  f.n = normalize(normal);
+  f.u = normalize(cross(std::abs(f.n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}, f.n));
+  f.v = cross(f.n, f.u);
   Spectrum sum{0};
   for (int i = 0; i < directions; ++i) {
-    const double r2 = (i + 0.5) / directions, r = std::sqrt(r2), a = kGoldenAngle * i;
-    const Vec3 d = r * std::cos(a) * u + r * std::sin(a) * v + std::sqrt(1 - r2) * n;
+    const Vec3 d = cosine_direction(f, i, directions);
     const std::optional<Hit> hit = parts_->rays->closest_hit(x, d, model.tolerance);
     if (!hit) continue;
     // A hit belongs to the side that faces the ray.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
 
 #include "solver/element_tree.h"
 
@@ -68,7 +69,7 @@ bool facing(const Site& a, const Site& b, double tolerance) {
 double form_factor_bound(const Site& r, const Site& s) {
   const Vec3 d = s.center - r.center;
   const double gap2 = squared(std::max(0.0, length(d) - r.radius - s.radius));
-  return std::min(1.0, s.area / (3.14159265358979 * gap2 + 1e-300));
+  return std::min(1.0, s.area / (std::numbers::pi * gap2 + 1e-300));
 }
 
 // Spread over the source of the receiver's sensitivity to it, as a form factor. A receiver close to a
@@ -82,7 +83,7 @@ double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
     sum += squared(at) / s.weight[l];
   }
   const Vec3 gap = r.center - nearest_point(s, r.center);
-  const double part = std::min(1.0, (r.area + 3.14159265358979 * dot(gap, gap)) / s.area);
+  const double part = std::min(1.0, (r.area + std::numbers::pi * dot(gap, gap)) / s.area);
   return std::sqrt(std::max({0.0, sum - squared(kernel.mean), (1 - part) * squared(kernel.mean)}));
 }
 
@@ -448,7 +449,7 @@ void Refiner::thin_link(std::int32_t receiver, const Site& site, const Source& s
   if (cx <= 0 || cy <= 0) return;
   const double d2 = dot(d, d);
   const double coupling =
-      source.site->area * cx * cy / (d2 * (3.14159265358979 * d2 + source.site->area));
+      source.site->area * cx * cy / (d2 * (std::numbers::pi * d2 + source.site->area));
   doubt_ += kThinDoubt * squared(coupling) * site.area;
   waiting_.push_back({{static_cast<std::uint32_t>(receiver), source.patch_index,
                        static_cast<std::uint32_t>(source.element)},
