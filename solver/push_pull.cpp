@@ -33,7 +33,7 @@ double squared(double x) { return x * x; }
 void close_row(std::span<double> g, const Closing& closing) {
   if (closing.how == Closing::How::kOpen) return;
   if (closing.how == Closing::How::kNoMore) {
-    const double scale = std::min(1.0, closing.whole / std::max(closing.whole, g[kRowSum]));
+    const double scale = closing.whole / std::max(closing.whole, g[kRowSum]);
     for (double& x : g) x *= scale;
     return;
   }

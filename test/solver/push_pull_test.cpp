@@ -230,47 +230,40 @@ TEST(PushPull, SumsAreThoseOfTheLeaves) {
   EXPECT_NEAR(again.change2, 0, 1e-20);
 }
 
-TEST(Closing, MissingShareComesFromTheRoom) {
+// E of a patch of one constant element that has gathered g, row sum last.
+std::vector<double> closed(std::vector<double> g, const Closing& closing) {
   PatchTree tree = tree_of(shapes()[3], 1);
   GatherSlots slots;
   slots.reset(1, 1);
+  slots.g = std::move(g);
+  push_pull(tree, slots, closing);
+  return tree.e;
+}
+
+TEST(Closing, MissingShareComesFromTheRoom) {
   const Spectrum e{10, 20, 30}, room{100, 200, 400};
-  for (int c = 0; c < kChannels; ++c) slots.g[c] = e[c];
-  slots.g[kRowSum] = 0.9;
-  push_pull(tree, slots, {.how = Closing::How::kEachLeaf, .mean_radiosity = room});
-  for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(tree.e[c], e[c] + 0.1 * room[c], 1e-12);
+  const std::vector<double> got = closed(
+      {e[0], e[1], e[2], 0.9}, {.how = Closing::How::kEachLeaf, .mean_radiosity = room});
+  for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(got[c], e[c] + 0.1 * room[c], 1e-12);
 }
 
 TEST(Closing, OpenRowsAreLeftAsTheyAre) {
-  PatchTree tree = tree_of(shapes()[3], 1);
-  GatherSlots slots;
-  slots.reset(1, 1);
-  slots.g = {10, 20, 30, 0.9};
-  push_pull(tree, slots, {.how = Closing::How::kOpen, .mean_radiosity = Spectrum{100}});
-  EXPECT_EQ(tree.e, (std::vector<double>{10, 20, 30}));
+  EXPECT_EQ(closed({10, 20, 30, 0.9},
+                   {.how = Closing::How::kOpen, .mean_radiosity = Spectrum{100}}),
+            (std::vector<double>{10, 20, 30}));
 }
 
-// A row that sums to 2 twice what closes it has: half of the light goes, none turns negative.
+// A row that sums to four times the whole keeps a quarter of its light; one below keeps all.
 TEST(Closing, RowsFarTooMuchAreScaled) {
-  PatchTree tree = tree_of(shapes()[3], 1);
-  GatherSlots slots;
-  slots.reset(1, 1);
-  slots.g = {10, 20, 30, 2};
-  push_pull(tree, slots, {.how = Closing::How::kNoMore, .whole = 0.5});
-  EXPECT_EQ(tree.e, (std::vector<double>{2.5, 5, 7.5}));
-  slots.g = {10, 20, 30, 0.25};  // not too much
-  push_pull(tree, slots, {.how = Closing::How::kNoMore, .whole = 0.5});
-  EXPECT_EQ(tree.e, (std::vector<double>{10, 20, 30}));
+  const Closing no_more{.how = Closing::How::kNoMore, .whole = 0.5};
+  EXPECT_EQ(closed({10, 20, 30, 2}, no_more), (std::vector<double>{2.5, 5, 7.5}));
+  EXPECT_EQ(closed({10, 20, 30, 0.25}, no_more), (std::vector<double>{10, 20, 30}));
 }
 
 TEST(Closing, TakesOffNoMoreThanThereIs) {
-  PatchTree tree = tree_of(shapes()[3], 1);
-  GatherSlots slots;
-  slots.reset(1, 1);
-  slots.g = {10, 20, 30, 1.25};
-  push_pull(tree, slots,
-            {.how = Closing::How::kEachLeaf, .mean_radiosity = Spectrum{100, 40, 40}});
-  EXPECT_EQ(tree.e, (std::vector<double>{0, 10, 20}));
+  EXPECT_EQ(closed({10, 20, 30, 1.25},
+                   {.how = Closing::How::kEachLeaf, .mean_radiosity = Spectrum{100, 40, 40}}),
+            (std::vector<double>{0, 10, 20}));
 }
 
 // What a patch as a whole misses is spread over all of it.
