@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "solver/basis.h"
 #include "solver/push_pull.h"
@@ -106,11 +107,12 @@ Extent extent_of(std::span<const Vec2> outline) {
 // Extents this near each other, relative, are equal: a shifted copy must split alike.
 constexpr double kTie = 1e-9;
 
-Line centroid_line(const Element& element, std::span<const Vec2> outline) {
+// Across the longer extent, through the centroid.
+Line centroid_line(const Vec2& centroid, std::span<const Vec2> outline) {
   const Extent e = extent_of(outline);
   const Vec2 size = e.hi - e.lo;
   const Vec2 normal = size.x * (1 + kTie) >= size.y ? Vec2{1, 0} : Vec2{0, 1};
-  return {normal, dot(normal, element.centroid)};
+  return {normal, dot(normal, centroid)};
 }
 
 // Appends an element with its basis; E is left zero.
@@ -136,6 +138,12 @@ void append(PatchTree& tree, std::span<const Vec2> outline, std::int32_t parent)
 }
 
 }  // namespace
+
+std::array<std::vector<Vec2>, 2> halve(std::span<const Vec2> outline, const Vec2& centroid) {
+  std::array<Outline, 2> parts = cut(outline, centroid_line(centroid, outline), 0);
+  std::swap(parts[0], parts[1]);
+  return parts;
+}
 
 PatchTree plant(const Model& model, const Scene& scene, PatchId patch, int order) {
   const Patch& p = model.patches[patch.value];
@@ -168,7 +176,7 @@ bool split_leaf(PatchTree& tree, std::int32_t i, double min_edge) {
   if (longer < 2 * min_edge) return false;
   constexpr double kOnLine = 1e-9;  // of the radius: such a vertex lies on the cut
   Line line;
-  if (contact_line(tree, element, line) == 0) line = centroid_line(element, outline);
+  if (contact_line(tree, element, line) == 0) line = centroid_line(element.centroid, outline);
   const std::array<Outline, 2> parts = cut(outline, line, kOnLine * element.radius);
   if (!(area_of(parts[0]) > 0) || !(area_of(parts[1]) > 0)) return false;
   for (const Outline& part : parts) {

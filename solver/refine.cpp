@@ -125,32 +125,6 @@ std::uint32_t mix(std::uint32_t x) {  // a hash of the pair, never a running gen
   return x ^ (x >> 16);
 }
 
-// Extents this near each other, relative, are equal: a shifted copy must be halved alike.
-constexpr double kTie = 1e-9;
-
-// The two halves of an outline, through its centroid across its longer extent.
-void halve(std::span<const Vec2> outline, std::vector<Vec2>& a, std::vector<Vec2>& b) {
-  Vec2 lo = outline[0], hi = outline[0];
-  for (const Vec2& p : outline) {
-    lo = {std::min(lo.x, p.x), std::min(lo.y, p.y)};
-    hi = {std::max(hi.x, p.x), std::max(hi.y, p.y)};
-  }
-  const int axis = (hi.x - lo.x) * (1 + kTie) >= hi.y - lo.y ? 0 : 1;
-  const double at = moments(outline).centroid[axis];
-  const std::size_t n = outline.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vec2 &p = outline[i], &q = outline[(i + 1) % n];
-    const double dp = p[axis] - at, dq = q[axis] - at;
-    if (dp <= 0) a.push_back(p);
-    if (dp >= 0) b.push_back(p);
-    if (dp * dq < 0) {
-      const Vec2 x = p + (q - p) * (dp / (dp - dq));
-      a.push_back(x);
-      b.push_back(x);
-    }
-  }
-}
-
 // Sixteen points spread over a site by a sequence of low discrepancy. [Roberts 2018, R2]
 void spread(const Site& site, double shift, std::span<Vec3, kRayLanes> out) {
   constexpr double kPlastic1 = 0.7548776662466927, kPlastic2 = 0.5698402909980532;
@@ -373,9 +347,9 @@ bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Sour
   // A leaf is cut in parts for better quadrature only: links still lead to the leaf.
   if (source.site->radius < settings_.min_edge || source.site->area < kSmallestPart * x.area)
     return false;
-  std::vector<Vec2> outline, parts[2];
+  std::vector<Vec2> outline;
   for (const Vec3& p : source.site->polygon()) outline.push_back(source.patch->head->frame.to_plane(p));
-  halve(outline, parts[0], parts[1]);
+  const std::array<std::vector<Vec2>, 2> parts = halve(outline, moments(outline).centroid);
   if (std::max(parts[0].size(), parts[1].size()) > kMaxOutline) return false;
   for (const std::vector<Vec2>& part : parts) {
     if (part.size() < 3) continue;
