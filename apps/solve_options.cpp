@@ -44,7 +44,12 @@ void add_solve_options(OptionSet& o, SolveOptions& s) {
   o.time("time-limit", "keep what is there after so long", s.time_limit);
   o.length("min-edge", "the smallest element's edge", s.min_edge);
   o.choice("order", "in which clusters are gathered to", order_names(), s.order);
-  o.choice("policy", "which record leaves the page cache", policy_names(), s.policy);
+  o.custom("policy", "which record leaves the page cache: " + joined(policy_names()), "NAME",
+           [&s](const std::string& text) {
+             const Result<PolicyChoice> policy = parse_policy(text);
+             if (policy.ok()) s.policy = text;
+             return policy.ok() ? Status() : policy.status();
+           });
   o.count("basis", "of an element: 1 constant, 2 linear", 1, kMaxOrder,
           [&s](std::uint64_t n) { s.basis = static_cast<int>(n); });
   o.choice("links", "what becomes of links between iterations", {"keep", "discard", "auto"},

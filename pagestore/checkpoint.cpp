@@ -128,9 +128,9 @@ Status ClusterStore::prepare(const StoreOptions& options) {
   auto arena = Arena::make(options.arena_bytes);
   if (!arena.ok()) return arena.status();
   arena_ = std::move(arena).value();
-  auto policy = make_policy(options.policy, arena_bytes());
+  const auto policy = parse_policy(options.policy);
   if (!policy.ok()) return policy.status();
-  policy_ = std::move(policy).value();
+  policy_ = make_policy(*policy, arena_bytes());
   return {};
 }
 
@@ -233,6 +233,7 @@ Status ClusterStore::load_newest_root() {
 Status ClusterStore::load(const Root& root) {
   pages_->forget_what_is_taken();
   records_.clear();
+  by_number_.clear();
   live_bytes_ = {};
   auto contents = read_contents(root);
   if (!contents.ok()) return contents.status();
@@ -249,7 +250,7 @@ Status ClusterStore::load(const Root& root) {
     const RecordId id{entry.id};
     const StoredExtent extent = extent_of(entry);
     ATRIUM_RETURN_IF_ERROR(take(id, extent));
-    records_.emplace(id, StoredRecord{.id = id, .on_disk = extent, .length = extent.length});
+    add_record({.id = id, .on_disk = extent, .length = extent.length});
     live_bytes_[static_cast<std::size_t>(kind_of(id))] += extent.length;
   }
   uuid_ = root.uuid;

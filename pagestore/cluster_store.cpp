@@ -123,12 +123,19 @@ Result<ClusterEdit> ClusterStore::edit(RecordId id) {
   return ClusterEdit(*this, **record);
 }
 
+StoredRecord& ClusterStore::add_record(StoredRecord record) {
+  record.number = static_cast<RecordNumber>(by_number_.size());
+  StoredRecord& added = records_.emplace(record.id, record).first->second;
+  by_number_.push_back(&added);
+  return added;
+}
+
 Result<StoredRecord*> ClusterStore::pin(RecordId id) {
   const auto found = records_.find(id);
   ATRIUM_CHECK(found != records_.end());
   StoredRecord& record = found->second;
   if (record.resident())
-    policy_->on_hit(id);
+    policy_->on_hit(record.number);
   else
     ATRIUM_RETURN_IF_ERROR(bring_in(record));
   ++counters_.requests;
@@ -140,10 +147,11 @@ void ClusterStore::release(StoredRecord& record) {
   ATRIUM_CHECK(record.pins > 0);
   if (--record.pins > 0) return;
   pinned_bytes_ -= record.granules() * kGranule;
-  policy_->on_release(record.id);
+  policy_->on_release(record.number);
 }
 
 Status ClusterStore::bring_in(StoredRecord& record) {
+  policy_->on_miss(record.number, record.granules() * kGranule);
   const auto slot = make_room(record.id, record.granules());
   if (!slot.ok()) return slot.status();
   const auto image = arena_->image(*slot, record.granules());
@@ -153,7 +161,7 @@ Status ClusterStore::bring_in(StoredRecord& record) {
     return status;
   }
   record.slot = *slot;
-  policy_->on_insert(record.id, image.size());
+  policy_->on_insert(record.number, image.size());
   ++counters_.reads;
   counters_.bytes_read += record.length;
   return {};
@@ -171,9 +179,9 @@ Status ClusterStore::create_record(RecordId id, std::span<const std::byte> paylo
   record.slot = *slot;
   std::ranges::copy(payload, payload_of(record).begin());
   live_bytes_[kind_index(id)] += payload.size();
-  records_.emplace(id, record);
-  policy_->on_insert(id, arena_cost(payload.size()));
-  policy_->on_release(id);
+  const RecordNumber number = add_record(record).number;
+  policy_->on_insert(number, arena_cost(payload.size()));
+  policy_->on_release(number);
   return {};
 }
 
@@ -199,7 +207,7 @@ Result<std::uint64_t> ClusterStore::make_room(RecordId id, std::uint64_t granule
 
 // Makes room, in the policy's order, for a record that found no hole of its size.
 Status ClusterStore::evict_one(RecordId id, std::uint64_t granules, std::uint64_t own_granules) {
-  const auto victim = policy_->victim();
+  const auto victim = policy_->victim(counters_.requests);
   if (!victim)
     return Status(Code::kUsage, dir_, to_string(id),
                   "arena too small: " + std::to_string(arena_->free_granules() * kGranule) +
@@ -207,13 +215,13 @@ Status ClusterStore::evict_one(RecordId id, std::uint64_t granules, std::uint64_
                       std::to_string(granules * kGranule) + " in one piece",
                   "give an arena of at least " +
                       std::to_string((arena_->granules() + granules) * kGranule) + " bytes");
-  StoredRecord& record = records_.at(*victim);
+  StoredRecord& record = *by_number_[*victim];
   ATRIUM_CHECK(record.resident() && record.pins == 0);
   const bool room_in_pieces = arena_->free_granules() + own_granules >= granules;
   if (record.dirty) ATRIUM_RETURN_IF_ERROR(write_back(record));
   arena_->free(record.slot, record.granules());
   record.slot = kNoGranule;
-  policy_->on_evict(record.id);
+  policy_->on_evict(record.number);
   ++counters_.evictions;
   counters_.fragmentation_evictions += room_in_pieces ? 1 : 0;
   return {};
@@ -235,7 +243,7 @@ Status ClusterStore::resize(StoredRecord& record, std::size_t size) {
   live_bytes_[kind_index(record.id)] += size - old_length;  // modulo 2^64
   pinned_bytes_ -= old_granules * kGranule;
   count_pinned(granules);
-  policy_->on_resize(record.id, granules * kGranule);
+  policy_->on_resize(record.number, granules * kGranule);
   return {};
 }
 

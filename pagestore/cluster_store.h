@@ -47,12 +47,15 @@ class Disk;
 class DiskFile;
 class DiskLock;
 class PageFile;
-class Policy;
 struct Root;
+
+// How records come from disk: copied out of read-only mappings, or past the page cache with O_DIRECT.
+enum class Io { kMmap, kDirect };
 
 struct StoreOptions {
   std::size_t arena_bytes = std::size_t{32} << 20;  // rounded down to granules
-  std::string policy = "lru";                       // a name of pagestore/policy.h's table
+  std::string policy = "lru";                       // as parse_policy takes it
+  Io io = Io::kMmap;
   Disk* disk = nullptr;                             // nullptr: the machine's own
 };
 
@@ -200,6 +203,7 @@ class ClusterStore {
   Status prepare(const StoreOptions& options);  // lock, files, arena, policy; no records yet
 
   // Records in the arena: cluster_store.cpp
+  StoredRecord& add_record(StoredRecord record);
   Result<StoredRecord*> pin(RecordId id);
   void release(StoredRecord& record);
   Status bring_in(StoredRecord& record);
@@ -243,6 +247,7 @@ class ClusterStore {
   StoreUuid uuid_{};
   std::uint64_t epoch_ = 0;  // of the last durable root; what is written now belongs to epoch_ + 1
   std::unordered_map<RecordId, StoredRecord> records_;
+  std::vector<StoredRecord*> by_number_;
   StoredExtent directory_on_disk_, state_on_disk_;
   std::vector<std::byte> state_;
   Status recovery_note_;

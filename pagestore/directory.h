@@ -13,12 +13,14 @@
 
 #include "engine/status.h"
 #include "pagestore/extent.h"
+#include "pagestore/policy.h"
 #include "pagestore/record.h"
 
 namespace atrium {
 
 struct StoredRecord {
   RecordId id;
+  RecordNumber number = 0;          // what the policy calls it
   StoredExtent on_disk;             // behind the arena's image while dirty
   std::uint64_t length = 0;         // bytes of payload now
   std::uint64_t slot = kNoGranule;  // first granule in the arena

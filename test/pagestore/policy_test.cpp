@@ -5,27 +5,31 @@
 namespace atrium {
 namespace {
 
-RecordId id(std::uint64_t i) { return record_id(RecordKind::kCluster, i); }
-
 TEST(Lru, TheOneReleasedLongestAgoGoesFirst) {
-  const auto lru = make_policy("lru", 0).value();
-  EXPECT_EQ(lru->victim(), std::nullopt);
-  for (std::uint64_t i = 0; i < 3; ++i) lru->on_insert(id(i), 1);
-  EXPECT_EQ(lru->victim(), std::nullopt);  // all pinned
-  for (const std::uint64_t i : {2, 0, 1}) lru->on_release(id(i));
-  EXPECT_EQ(lru->victim(), id(2));
-  lru->on_hit(id(2));  // pinned again
-  EXPECT_EQ(lru->victim(), id(0));
-  lru->on_evict(id(0));
-  lru->on_release(id(2));
-  EXPECT_EQ(lru->victim(), id(1));  // by release, not by request
-  lru->on_evict(id(1));
-  EXPECT_EQ(lru->victim(), id(2));
+  const auto lru = make_policy(parse_policy("lru").value(), 0);
+  EXPECT_EQ(lru->victim(0), std::nullopt);
+  for (RecordNumber i = 0; i < 3; ++i) lru->on_insert(i, 1);
+  EXPECT_EQ(lru->victim(0), std::nullopt);  // all pinned
+  for (const RecordNumber i : {2, 0, 1}) lru->on_release(i);
+  EXPECT_EQ(lru->victim(0), 2u);
+  lru->on_hit(2);  // pinned again
+  EXPECT_EQ(lru->victim(0), 0u);
+  lru->on_evict(0);
+  lru->on_release(2);
+  EXPECT_EQ(lru->victim(0), 1u);  // by release, not by request
+  lru->on_evict(1);
+  EXPECT_EQ(lru->victim(0), 2u);
 }
 
 TEST(Policies, EveryNameInTheTableMakesOne) {
-  for (const std::string& name : policy_names()) EXPECT_TRUE(make_policy(name, 1 << 20).ok());
-  EXPECT_EQ(make_policy("", 1 << 20).status().code(), Code::kUsage);
+  for (std::string name : policy_names()) {
+    if (name.ends_with(":W")) name.back() = '9';
+    const auto choice = parse_policy(name);
+    ASSERT_TRUE(choice.ok()) << name;
+    EXPECT_NE(make_policy(*choice, 1 << 20), nullptr);
+  }
+  for (const char* wrong : {"", "lru:5", "nosuch"})
+    EXPECT_EQ(parse_policy(wrong).status().code(), Code::kUsage);
 }
 
 }  // namespace

@@ -1,0 +1,20 @@
+// The least misses that any policy can have, for any foresight: FOO. Each pair of consecutive
+// requests for a record is an interval of time over which it may be kept, wholly or in part; what is
+// kept at one time fits into the arena. The best such packing is a minimum cost flow along the line
+// of requests. [Berger, Beckmann, Harchol-Balter, "Practical Bounds on Optimal Caching with Variable
+// Object Sizes", SIGMETRICS 2018]
+//
+// Holds for traces with pins as well: pins, forced admission and growth only take freedom away, and
+// an interval is charged the smallest size that the record has in it.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/status.h"
+#include "pagestore/trace.h"
+
+namespace atrium {
+
+double lower_bound_misses(const Trace& trace, std::uint64_t arena, bool unit_size = false);
+
+}  // namespace atrium
