@@ -63,4 +63,10 @@ std::optional<std::uint64_t> Arena::resize(std::uint64_t slot, std::uint64_t gra
   return moved;
 }
 
+void Arena::move(std::uint64_t slot, std::uint64_t granules, std::uint64_t to) {
+  holes_.free(slot, granules);
+  ATRIUM_CHECK(holes_.take(to, granules));
+  std::memmove(image(to, granules).data(), image(slot, granules).data(), granules * kGranule);
+}
+
 }  // namespace atrium

@@ -3,7 +3,7 @@
 //
 // Invariants:
 //  1. Never grows: an allocation that finds no hole fails.
-//  2. Slots are whole granules, best fit; nothing moves but by resize.
+//  2. Slots are whole granules, best fit; nothing moves but by resize and move.
 // Not thread safe; the bytes of distinct slots may be used from any thread.
 #pragma once
 
@@ -34,6 +34,9 @@ class Arena {
   // is none.
   std::optional<std::uint64_t> resize(std::uint64_t slot, std::uint64_t granules,
                                       std::uint64_t new_granules);
+
+  // Moves a slot to where it may overlap its old place; the rest of the new one must be free.
+  void move(std::uint64_t slot, std::uint64_t granules, std::uint64_t to);
 
   std::span<std::byte> image(std::uint64_t slot, std::uint64_t granules) const {
     return {memory_ + slot * kGranule, granules * kGranule};

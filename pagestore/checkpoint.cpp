@@ -56,6 +56,9 @@ bool store_was_made(const RootSlots& slots) {
   return !slots[slot_of(0)].empty() || slots[slot_of(1)].root.has_value();
 }
 
+// Reads under way at a time; a disk is busy from 8 to 16 on.
+constexpr unsigned kReadDepth = 16;
+
 // A reader of a live run may be overtaken while it opens the store.
 constexpr int kOpenAttempts = 4;
 
@@ -125,12 +128,21 @@ Status ClusterStore::prepare(const StoreOptions& options) {
   auto pages = PageFile::open(disk_, dir_, access);
   if (!pages.ok()) return pages.status();
   pages_ = std::move(pages).value();
-  auto arena = Arena::make(options.arena_bytes);
+  charges_payload_ = options.payload_arena_memory > 0;
+  capacity_ = charges_payload_ ? options.arena_bytes : options.arena_bytes / kGranule * kGranule;
+  if (capacity_ < kGranule)
+    return Status(Code::kUsage, "arena", "", "it is smaller than one granule",
+                  "give it at least " + std::to_string(kGranule) + " bytes");
+  auto arena = Arena::make(charges_payload_
+                               ? options.payload_arena_memory + read_ahead_bytes(capacity_)
+                               : arena_memory(capacity_));
   if (!arena.ok()) return arena.status();
   arena_ = std::move(arena).value();
+  queue_ = disk_.read_queue(kReadDepth);
   const auto policy = parse_policy(options.policy);
   if (!policy.ok()) return policy.status();
-  policy_ = make_policy(*policy, arena_bytes());
+  choice_ = *policy;
+  policy_ = make_policy(choice_, capacity_);
   return {};
 }
 
@@ -155,8 +167,8 @@ Status ClusterStore::checkpoint(std::span<const std::byte> state) {
 
 Status ClusterStore::flush_dirty() {
   std::vector<StoredRecord*> dirty;
-  for (auto& [id, record] : records_)
-    if (record.dirty) dirty.push_back(&record);
+  for (StoredRecord* record : by_number_)
+    if (record->dirty) dirty.push_back(record);
   std::ranges::sort(dirty, {}, &StoredRecord::id);  // neighbours by id are neighbours on disk
   for (StoredRecord* record : dirty) {
     ATRIUM_RETURN_IF_ERROR(write_back(*record));
@@ -170,25 +182,27 @@ Status ClusterStore::flush_dirty() {
 Result<Root> ClusterStore::write_contents(std::span<const std::byte> state) {
   std::vector<DirectoryEntry> entries;
   entries.reserve(records_.size());
-  for (const auto& [id, record] : records_) entries.push_back(entry_of(id, record.on_disk));
+  for (const StoredRecord* record : by_number_)
+    entries.push_back(entry_of(record->id, record->on_disk));
   std::ranges::sort(entries, {}, &DirectoryEntry::id);
-  const auto directory =
-      write_own_record(kDirectoryId, std::as_bytes(std::span(entries)), directory_on_disk_);
+  const auto directory = write_own_record(kDirectoryId, std::as_bytes(std::span(entries)),
+                                          directory_on_disk_, directory_claim_);
   if (!directory.ok()) return directory.status();
-  const auto state_extent = write_own_record(kStateId, state, state_on_disk_);
+  const auto state_extent = write_own_record(kStateId, state, state_on_disk_, state_claim_);
   if (!state_extent.ok()) {
-    leave_extent(*directory);
+    directory_claim_ = {directory->first, directory->granules()};
     return state_extent.status();
   }
   return Root{.epoch = epoch_ + 1, .uuid = uuid_, .directory = *directory, .state = *state_extent};
 }
 
 Result<StoredExtent> ClusterStore::write_own_record(RecordId id, std::span<const std::byte> payload,
-                                                    const StoredExtent& last) {
-  std::vector<std::byte> image(granules_of(payload.size()) * kGranule);
+                                                    const StoredExtent& last, Run& claim) {
+  const auto image = streamed_.granules(granules_of(payload.size()));
   std::ranges::copy(payload, image.begin() + sizeof(RecordHeader));
   const std::uint32_t version = last.exists() ? last.version + 1 : 0;
-  auto extent = write_image(image, id, payload.size(), version);
+  ATRIUM_RETURN_IF_ERROR(claim_run(claim, image.size() / kGranule));
+  auto extent = write_image(image, id, payload.size(), version, claim);
   if (extent.ok()) counters_.overhead_bytes += payload.size();
   return extent;
 }
@@ -250,8 +264,12 @@ Status ClusterStore::load(const Root& root) {
     const RecordId id{entry.id};
     const StoredExtent extent = extent_of(entry);
     ATRIUM_RETURN_IF_ERROR(take(id, extent));
-    add_record({.id = id, .on_disk = extent, .length = extent.length});
-    live_bytes_[static_cast<std::size_t>(kind_of(id))] += extent.length;
+    StoredRecord record;
+    record.id = id;
+    record.on_disk = extent;
+    record.version = extent.version + 1;
+    record.length = extent.length;
+    add_record(record);
   }
   uuid_ = root.uuid;
   epoch_ = root.epoch;
@@ -288,9 +306,9 @@ Result<ClusterStore::RootContents> ClusterStore::read_contents(const Root& root)
 Result<std::vector<std::byte>> ClusterStore::read_own_record(RecordId id,
                                                              const StoredExtent& extent,
                                                              const StoreUuid& uuid) {
-  std::vector<std::byte> image(extent.granules() * kGranule);
+  const auto image = streamed_.granules(extent.granules());
   ATRIUM_RETURN_IF_ERROR(read_image(image, id, extent, uuid));
-  const auto payload = std::span(image).subspan(sizeof(RecordHeader), extent.length);
+  const auto payload = image.subspan(sizeof(RecordHeader), extent.length);
   return std::vector(payload.begin(), payload.end());
 }
 
@@ -305,11 +323,10 @@ Status ClusterStore::verify_all() {
 Status ClusterStore::verify(const Root& root) {
   const auto contents = read_contents(root);
   if (!contents.ok()) return contents.status();
-  std::vector<std::byte> image;
   for (const DirectoryEntry& entry : (*contents).entries) {
     const StoredExtent extent = extent_of(entry);
-    image.resize(extent.granules() * kGranule);
-    ATRIUM_RETURN_IF_ERROR(read_image(image, RecordId{entry.id}, extent, root.uuid));
+    ATRIUM_RETURN_IF_ERROR(read_image(streamed_.granules(extent.granules()), RecordId{entry.id},
+                                      extent, root.uuid));
   }
   return {};
 }

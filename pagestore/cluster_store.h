@@ -7,14 +7,21 @@
 //
 // Invariants:
 //  1. The arena is exact: records in memory, headers and rounding to granules included, never
-//     exceed arena_bytes. A pinned record is never evicted and never moves; only
-//     ClusterEdit::resize moves a record, and then its edit is the only pin on it.
+//     exceed arena_bytes. The memory they lie in is an eighth larger, taken once and never grown:
+//     room for holes between records of many sizes, and for what is read ahead. A pinned record is
+//     never evicted and never moved; ClusterEdit::resize may move its own, and then its edit is the
+//     only pin on it.
 //  2. Dirty records reach the disk when they are evicted or at a checkpoint, never otherwise. A
 //     record created and not evicted is first written by the checkpoint.
 //  3. What the last durable root names is never changed in place: after a crash at any instant
 //     the store opens as it was at the last checkpoint.
 //  4. Every record is checked (id, store, epoch, hashes) when it is brought in.
-//  5. After a failed sync or root write nothing is written any more: every later write or
+//  5. A record has its place on disk from the moment it is dirty, and so have the directory and the
+//     state: a full disk shows where a record is created, edited or resized, and never in an
+//     eviction or a checkpoint. What was done up to then can always be made durable.
+//  6. What is in the arena, and what is counted, does not depend on what was read ahead: a record
+//     enters the arena when it is asked for, wherever its bytes already are.
+//  7. After a failed sync or root write nothing is written any more: every later write or
 //     checkpoint repeats that first error. Reads of what is intact go on.
 //
 // Thread safety: one thread at a time calls the store, its pins' constructors, destructors and
@@ -36,27 +43,27 @@
 #include <vector>
 
 #include "engine/status.h"
+#include "pagestore/aligned_bytes.h"
 #include "pagestore/directory.h"
+#include "pagestore/disk.h"
+#include "pagestore/foresight.h"
 #include "pagestore/record.h"
 
 namespace atrium {
 
 class Arena;
 class ClusterStore;
-class Disk;
-class DiskFile;
-class DiskLock;
 class PageFile;
 struct Root;
-
-// How records come from disk: copied out of read-only mappings, or past the page cache with O_DIRECT.
-enum class Io { kMmap, kDirect };
 
 struct StoreOptions {
   std::size_t arena_bytes = std::size_t{32} << 20;  // rounded down to granules
   std::string policy = "lru";                       // as parse_policy takes it
   Io io = Io::kMmap;
-  Disk* disk = nullptr;                             // nullptr: the machine's own
+  // Of a trace from elsewhere: records are charged their payload alone, and lie in this much memory.
+  // 0: as invariant 1 says.
+  std::size_t payload_arena_memory = 0;
+  Disk* disk = nullptr;  // nullptr: the machine's own
 };
 
 // kReadOnly takes no lock, may look at a live run, and fails where the newest root does not
@@ -74,9 +81,13 @@ struct StoreCounters {
   std::uint64_t checkpoint_bytes = 0;
   std::uint64_t evictions = 0;
   std::uint64_t fragmentation_evictions = 0;  // of evictions: room enough, but in pieces
+  std::uint64_t compactions = 0;              // records slid together instead
+  std::uint64_t streamed_reads = 0, streamed_bytes_read = 0;  // past the arena
+  std::uint64_t streamed_writes = 0, streamed_bytes_written = 0;
   std::uint64_t checkpoints = 0;
   std::uint64_t overhead_bytes = 0;  // written besides payloads: headers, padding, directory, roots
   double io_seconds = 0;             // inside calls to the disk
+  double stall_seconds = 0;          // of them: waiting for bytes to be read
 
   std::uint64_t hits() const { return requests - reads; }
   double hit_ratio() const {  // 1 - reads / requests; 1 where nothing was requested
@@ -160,8 +171,16 @@ class ClusterStore {
   std::size_t size(RecordId id) const;       // payload bytes
   std::vector<RecordId> record_ids() const;  // sorted
 
-  // Tells the disk that these will be read soon; records already in the arena are passed over.
-  void will_read(std::span<const RecordId> ids);
+  // These will be the next requests, in this order, after those foreseen already. The store reads
+  // ahead by it, and a policy with foresight evicts by it.
+  void foresee(std::span<const RecordId> ids);
+  std::uint64_t foreseen() const { return foresight_.end() - foresight_.now(); }  // still to come
+
+  // Past the arena, for what is made once and read once a pass: no request, never cached, counted
+  // apart. The record must not be in the arena. What stream_in returns holds until the next call of
+  // any of these.
+  Result<std::span<const std::byte>> stream_in(RecordId id);
+  Status stream_out(RecordId id, std::span<const std::byte> payload);  // made or replaced
 
   // Makes everything durable, `state` (the caller's own, opaque) with it. No edit may be out.
   Status checkpoint(std::span<const std::byte> state);
@@ -184,12 +203,16 @@ class ClusterStore {
 
   // What a record of `payload_bytes` takes in the arena: header, and whole granules.
   static std::size_t arena_cost(std::size_t payload_bytes);
-  std::size_t arena_bytes() const;
-  std::size_t arena_used_bytes() const;
-  std::size_t arena_peak_bytes() const;
+  std::size_t arena_bytes() const { return capacity_; }
+  std::size_t arena_used_bytes() const { return resident_bytes_; }
+  std::size_t arena_peak_bytes() const { return resident_peak_bytes_; }
   std::size_t pinned_bytes() const { return pinned_bytes_; }  // of the arena
   std::size_t pinned_peak_bytes() const { return pinned_peak_bytes_; }
-  // Memory beside the arena: the directory, and the image of it that a checkpoint makes.
+  // Memory for an arena of `capacity` bytes: that, its holes, and what is read ahead.
+  static std::size_t arena_memory(std::size_t capacity);
+  static std::size_t read_ahead_bytes(std::size_t capacity);
+  // Memory beside it: the directory, the image of it that a checkpoint makes, foresight, and the
+  // record that was streamed last.
   std::size_t directory_bytes() const;
 
  private:
@@ -207,25 +230,45 @@ class ClusterStore {
   Result<StoredRecord*> pin(RecordId id);
   void release(StoredRecord& record);
   Status bring_in(StoredRecord& record);
-  Result<std::uint64_t> make_room(RecordId id, std::uint64_t granules);
-  Status fits(RecordId id, std::uint64_t granules, std::uint64_t own_granules) const;
-  Status evict_one(RecordId id, std::uint64_t granules, std::uint64_t own_granules);
+  Status fits(RecordId id, std::size_t bytes, std::size_t own_bytes) const;
+  Status make_room(RecordId id, std::size_t bytes);
+  Result<std::uint64_t> find_slot(RecordId id, std::uint64_t granules);
+  Status evict_one();
+  Status evict_for_a_hole(RecordId id, std::uint64_t granules);
+  bool compact(const StoredRecord* movable);
   Status resize(StoredRecord& record, std::size_t size);
-  Status write_back(StoredRecord& record);
-  Result<StoredExtent> write_image(std::span<std::byte> image, RecordId id, std::uint64_t length,
-                                   std::uint32_t version);
-  Status read_image(std::span<std::byte> image, RecordId id, const StoredExtent& extent,
-                    const StoreUuid& uuid);
-  void leave_extent(const StoredExtent& extent);
+  std::size_t charge_of(std::uint64_t length) const;
+  void charge(std::size_t bytes);
+  void count_pinned(std::size_t bytes);
   std::span<std::byte> image_of(const StoredRecord& record) const;
   std::span<std::byte> payload_of(const StoredRecord& record) const;
-  void count_pinned(std::uint64_t granules);
+
+  // What is known of the requests to come: look_ahead.cpp
+  void look_ahead(const StoredRecord& requested);
+  bool in_sight(std::uint64_t number) const;
+  void tell_next(const StoredRecord& record);
+  void read_ahead();
+  bool read_one_ahead(StoredRecord& record);
+  Status end_read_ahead(StoredRecord& record);
+
+  // Records and their extents: extents.cpp
+  Status claim(StoredRecord& record, std::uint64_t granules);
+  Status claim_own_records();
+  Status claim_run(Run& run, std::uint64_t granules);
+  Status write_back(StoredRecord& record);
+  Result<StoredExtent> write_image(std::span<std::byte> image, RecordId id, std::uint64_t length,
+                                   std::uint32_t version, Run& claim);
+  Status read_image(std::span<std::byte> image, RecordId id, const StoredExtent& extent,
+                    const StoreUuid& uuid);
+  Status check_image(std::span<const std::byte> image, RecordId id, const StoredExtent& extent,
+                     const StoreUuid& uuid);
+  void leave_extent(const StoredExtent& extent);
 
   // Roots and what they name: checkpoint.cpp
   Status flush_dirty();
   Result<Root> write_contents(std::span<const std::byte> state);
   Result<StoredExtent> write_own_record(RecordId id, std::span<const std::byte> payload,
-                                        const StoredExtent& last);
+                                        const StoredExtent& last, Run& claim);
   void become(const Root& root, std::span<const std::byte> state);
   Status load_newest_root();
   Status load(const Root& root);
@@ -243,7 +286,12 @@ class ClusterStore {
   std::unique_ptr<DiskFile> roots_;
   std::unique_ptr<PageFile> pages_;
   std::unique_ptr<Arena> arena_;
+  std::unique_ptr<ReadQueue> queue_;  // reads into the arena; waits for them before it goes
   std::unique_ptr<Policy> policy_;
+  PolicyChoice choice_;
+  Foresight foresight_;
+  std::uint64_t scanned_ = 0;        // requests before this one are in the arena, coming, or tried
+  std::size_t coming_bytes_ = 0;     // of the arena's memory: being read ahead of their requests
   StoreUuid uuid_{};
   std::uint64_t epoch_ = 0;  // of the last durable root; what is written now belongs to epoch_ + 1
   std::unordered_map<RecordId, StoredRecord> records_;
@@ -254,7 +302,11 @@ class ClusterStore {
   Status failed_;  // the first failure that nothing may be written after
   StoreCounters counters_;
   std::array<std::uint64_t, kRecordKinds> live_bytes_{};
+  bool charges_payload_ = false;
+  std::size_t capacity_ = 0, resident_bytes_ = 0, resident_peak_bytes_ = 0;  // as charged
   std::size_t pinned_bytes_ = 0, pinned_peak_bytes_ = 0;
+  Run directory_claim_, state_claim_;
+  AlignedBytes streamed_;  // the image that was streamed last
   std::size_t edits_ = 0;
 };
 

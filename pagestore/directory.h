@@ -20,13 +20,16 @@ namespace atrium {
 
 struct StoredRecord {
   RecordId id;
-  RecordNumber number = 0;          // what the policy calls it
-  StoredExtent on_disk;             // behind the arena's image while dirty
-  std::uint64_t length = 0;         // bytes of payload now
+  RecordNumber number = 0;     // what the policy calls it
+  StoredExtent on_disk;        // behind the arena's image while dirty; then it may not exist
+  Run claim;                   // on disk, where it will be written next; of dirty ones
+  std::uint32_t version = 0;   // how often it was written
+  std::uint64_t length = 0;    // bytes of payload now
   std::uint64_t slot = kNoGranule;  // first granule in the arena
   std::uint32_t pins = 0;
   bool dirty = false;
-  bool resident() const { return slot != kNoGranule; }
+  bool coming = false;  // its slot is being read into ahead of its request
+  bool resident() const { return slot != kNoGranule && !coming; }
   std::uint64_t granules() const { return granules_of(length); }
 };
 

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <system_error>
 #include <utility>
 
@@ -180,8 +181,36 @@ std::string holder_of(int fd) {
   return holder.substr(0, holder.find_first_not_of("0123456789"));
 }
 
+class MappedQueue final : public ReadQueue {
+ public:
+  void submit(DiskFile& file, std::uint64_t offset, std::span<std::byte> into,
+              std::uint64_t ticket) override {
+    file.will_read(offset, into.size());
+    reads_[ticket] = {&file, offset, into};
+  }
+  Status wait(std::uint64_t ticket) override {
+    const auto found = reads_.find(ticket);
+    ATRIUM_CHECK(found != reads_.end());
+    const Read read = found->second;
+    reads_.erase(found);
+    return read.file->read(read.offset, read.into);
+  }
+
+ private:
+  struct Read {
+    DiskFile* file = nullptr;
+    std::uint64_t offset = 0;
+    std::span<std::byte> into;
+  };
+  std::map<std::uint64_t, Read> reads_;
+};
+
 class MachineDisk final : public Disk {
  public:
+  std::unique_ptr<ReadQueue> read_queue(unsigned) override {
+    return std::make_unique<MappedQueue>();
+  }
+
   bool exists(const std::string& path) const override {
     std::error_code ignored;
     return std::filesystem::exists(path, ignored);
@@ -244,7 +273,7 @@ Status write_all(DiskFile& file, std::uint64_t offset, std::span<const std::byte
   return {};
 }
 
-Disk& machine_disk() {
+Disk& machine_disk(Io) {
   static MachineDisk disk;
   return disk;
 }

@@ -50,6 +50,19 @@ class DiskLock {
   virtual ~DiskLock() = default;
 };
 
+// How records come from disk: copied out of read-only mappings, or past the page cache with O_DIRECT.
+enum class Io { kMmap, kDirect };
+
+// Reads under way, several at a time. Files must outlive it.
+class ReadQueue {
+ public:
+  virtual ~ReadQueue() = default;  // waits for what is under way
+  virtual void submit(DiskFile& file, std::uint64_t offset, std::span<std::byte> into,
+                      std::uint64_t ticket) = 0;
+  // That read is done: ok, or its error as of read().
+  virtual Status wait(std::uint64_t ticket) = 0;
+};
+
 enum class DiskAccess { kRead, kReadWrite };
 
 class Disk {
@@ -60,11 +73,12 @@ class Disk {
   // kReadWrite makes a file that is missing.
   virtual Result<std::unique_ptr<DiskFile>> open(const std::string& path, DiskAccess access) = 0;
   virtual Status remove(const std::string& path) = 0;
+  virtual std::unique_ptr<ReadQueue> read_queue(unsigned depth) = 0;
   virtual Status sync_directory(const std::string& path) = 0;  // files made in it are durable
   // Writes the process id into the lock file. Refuses with the holder's id if it is held.
   virtual Result<std::unique_ptr<DiskLock>> lock(const std::string& path) = 0;
 };
 
-Disk& machine_disk();
+Disk& machine_disk(Io io = Io::kMmap);
 
 }  // namespace atrium

@@ -20,6 +20,13 @@ namespace atrium {
 // A granule's address: in the arena its number, in the page file PageFile's segment and number.
 inline constexpr std::uint64_t kNoGranule = std::numeric_limits<std::uint64_t>::max();
 
+// A run of granules; none where it is empty.
+struct Run {
+  std::uint64_t first = kNoGranule;
+  std::uint64_t granules = 0;
+  bool exists() const { return granules > 0; }
+};
+
 class FreeMap {
  public:
   // Makes [first, first + granules) free; none of it may be.

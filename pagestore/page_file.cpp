@@ -131,8 +131,9 @@ Status PageFile::read(std::uint64_t first, std::span<std::byte> image) {
   return segments_[segment_of(first)].file->read(byte_of(first), image);
 }
 
-void PageFile::will_read(std::uint64_t first, std::uint64_t granules) {
-  segments_[segment_of(first)].file->will_read(byte_of(first), granules * kGranule);
+void PageFile::queue_read(ReadQueue& queue, std::uint64_t first, std::span<std::byte> image,
+                          std::uint64_t ticket) {
+  queue.submit(*segments_[segment_of(first)].file, byte_of(first), image, ticket);
 }
 
 Status PageFile::sync() {

@@ -58,7 +58,9 @@ class PageFile {
 
   Status write(std::uint64_t first, std::span<const std::byte> image);
   Status read(std::uint64_t first, std::span<std::byte> image);
-  void will_read(std::uint64_t first, std::uint64_t granules);
+  // Into `queue`, under `ticket`; the address must be there.
+  void queue_read(ReadQueue& queue, std::uint64_t first, std::span<std::byte> image,
+                  std::uint64_t ticket);
   Status sync();  // everything written so far is durable on return
 
   std::uint64_t file_bytes() const;

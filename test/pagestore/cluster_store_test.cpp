@@ -135,14 +135,93 @@ TEST_F(ClusterStoreTest, TheArenaIsExactAndSaysHowLargeItHadToBe) {
 }
 
 TEST_F(ClusterStoreTest, PinsThatPartTheArenaAreNamedAsTheCause) {
-  auto store = make(6);
-  for (std::uint64_t i = 0; i < 3; ++i)  // granules 0-1, 2-3, 4-5
+  constexpr std::uint64_t kPairs = 20;
+  auto store = make(2 * kPairs);
+  for (std::uint64_t i = 0; i < kPairs; ++i)  // granules 0-1, 2-3, …
     ASSERT_OK(store->create_record(cluster(i), filled(payload_of_granules(2), i)));
-  const auto middle = store->read(cluster(1));
-  ASSERT_TRUE(middle.ok());
-  const Status status = store->create_record(cluster(3), filled(payload_of_granules(3), 3));
+  std::vector<ClusterPin> pins;  // of every fifth pair: between them at most 8 granules
+  for (std::uint64_t i = 0; i < kPairs; i += 5) pins.push_back(store->read(cluster(i)).value());
+  const std::size_t room = 2 * (kPairs - kPairs / 5);
+  const std::size_t beyond = ClusterStore::arena_memory(2 * kPairs * kGranule) / kGranule -
+                             2 * (kPairs - 4);  // the last run of all, behind the last pin
+  ASSERT_LT(beyond, room);
+  const Status status = store->create_record(cluster(99), filled(payload_of_granules(room), 3));
   EXPECT_EQ(status.code(), Code::kUsage);
   EXPECT_NE(status.cause().find("part them"), std::string::npos) << status.message();
+}
+
+// Every other record goes, and one as large as several of the holes comes: it fits without another
+// having to leave.
+TEST_F(ClusterStoreTest, HolesAreSlidTogetherBeforeAnythingIsEvictedForThem) {
+  constexpr std::uint64_t kRecords = 64;
+  auto store = make(2 * kRecords);
+  for (std::uint64_t i = 0; i < kRecords; ++i)
+    ASSERT_OK(store->create_record(cluster(i), filled(payload_of_granules(2), i)));
+  for (std::uint64_t i = 0; i < kRecords; i += 2) contents(*store, cluster(i));  // recent ones
+  const auto pin = store->read(cluster(10));
+  ASSERT_TRUE(pin.ok());
+  const std::byte* place = pin->bytes().data();
+  ASSERT_OK(store->create_record(cluster(99), filled(payload_of_granules(60), 99)));
+  EXPECT_EQ(store->counters().evictions, 30u);  // of two granules each
+  EXPECT_EQ(store->counters().fragmentation_evictions, 0u);
+  EXPECT_EQ(store->counters().compactions, 1u);
+  EXPECT_EQ(pin->bytes().data(), place);
+  const StoreCounters before = store->counters();
+  for (std::uint64_t i = 0; i < kRecords; i += 2)
+    EXPECT_EQ(contents(*store, cluster(i)), filled(payload_of_granules(2), i));
+  EXPECT_EQ(contents(*store, cluster(99)), filled(payload_of_granules(60), 99));
+  EXPECT_EQ((store->counters() - before).reads, 0u);
+}
+
+// Reading ahead and knowing the future change neither what is in the arena nor what is counted.
+TEST_F(ClusterStoreTest, WhatIsForeseenIsCountedAsWhatIsNot) {
+  constexpr std::uint64_t kRecords = 40;
+  constexpr std::size_t kArena = 64;
+  {
+    auto store = make(kArena);
+    for (std::uint64_t i = 0; i < kRecords; ++i)
+      ASSERT_OK(store->create_record(cluster(i), filled(1 + i * 700, i)));
+    ASSERT_OK(store->checkpoint({}));
+  }
+  std::mt19937_64 random(9);
+  std::vector<RecordId> schedule(3000);
+  for (RecordId& id : schedule) id = cluster(random() % kRecords);
+  const auto run = [&](bool told) {
+    auto store = reopen(kArena);
+    for (std::size_t i = 0; i < schedule.size(); ++i) {
+      if (told && i % 500 == 0) store->foresee(std::span(schedule).subspan(i, 500));
+      EXPECT_EQ(contents(*store, schedule[i]), filled(1 + index_of(schedule[i]) * 700,
+                                                      index_of(schedule[i])));
+      if (i % 700 == 13) (*store->edit(cluster(3))).bytes()[0] = std::byte{0x11};  // not foreseen
+      if (i % 700 == 13) (*store->edit(cluster(3))).bytes()[0] = filled(1, 3)[0];
+      EXPECT_LE(store->arena_used_bytes(), kArena * kGranule);
+    }
+    return store->counters();
+  };
+  const StoreCounters plain = run(false), told = run(true);
+  EXPECT_EQ(told.requests, plain.requests);
+  EXPECT_EQ(told.reads, plain.reads);
+  EXPECT_EQ(told.writes, plain.writes);
+  EXPECT_EQ(told.evictions, plain.evictions);
+  EXPECT_GT(plain.evictions, 1000u);
+}
+
+TEST_F(ClusterStoreTest, StreamedRecordsPassTheArenaAndAreKeptByCheckpoints) {
+  auto store = make(4);
+  const Bytes large = filled(payload_of_granules(30), 1);  // far larger than the arena
+  ASSERT_OK(store->stream_out(cluster(7), large));
+  ASSERT_OK(store->checkpoint({}));
+  ASSERT_OK(store->stream_out(cluster(7), bytes_of("second")));
+  ASSERT_OK(store->stream_out(cluster(7), bytes_of("third")));
+  EXPECT_EQ(copy_of(store->stream_in(cluster(7)).value()), bytes_of("third"));
+  EXPECT_EQ(store->counters().requests, 0u);
+  EXPECT_EQ(store->counters().writes, 0u);
+  EXPECT_EQ(store->counters().streamed_writes, 3u);
+  EXPECT_EQ(store->live_bytes(), 5u);
+  store.reset();  // not checkpointed
+  store = reopen(4);
+  EXPECT_EQ(copy_of(store->stream_in(cluster(7)).value()), large);
+  EXPECT_OK(store->verify_all());
 }
 
 TEST_F(ClusterStoreTest, WritesAreDeferredToEvictionOrCheckpoint) {

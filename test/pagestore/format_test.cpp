@@ -33,25 +33,25 @@ class FormatExample : public StoreTest {
 
 TEST_F(FormatExample, Extents) {
   ASSERT_EQ(pages_.size(), 1048576u);
-  const std::string uuid = pages_.substr(0x2020, 16);
+  const std::string uuid = pages_.substr(0x7020, 16);
   const std::string header = "ATR1" + le(0, 4) + le(0x0100000000000007) + le(5) + le(2) + uuid +
                              std::string("\x19\x2a\xca\x8d\xfa\x13\xb0\x25", 8);
-  EXPECT_EQ(pages_.substr(0x2000, 56), header);
-  EXPECT_EQ(pages_.substr(0x2038, 8), xxh3(header));
-  EXPECT_EQ(pages_.substr(0x2040, 4096 - 64), "light" + std::string(4096 - 64 - 5, '\0'));
+  EXPECT_EQ(pages_.substr(0x7000, 56), header);
+  EXPECT_EQ(pages_.substr(0x7038, 8), xxh3(header));
+  EXPECT_EQ(pages_.substr(0x7040, 4096 - 64), "light" + std::string(4096 - 64 - 5, '\0'));
 
   const std::string directory_header = "ATR1" + le(1, 4) + le(0) + le(48) + le(2) + uuid;
-  EXPECT_EQ(pages_.substr(0x3000, 48), directory_header);
-  const std::string entry = le(0x0100000000000007) + le(5) + le(2) + xxh3(header) + le(2) + le(0);
-  EXPECT_EQ(pages_.substr(0x3040, 48), entry);
-  EXPECT_EQ(pages_.substr(0x4040, 5), std::string("it=1\0", 5));
+  EXPECT_EQ(pages_.substr(0x2000, 48), directory_header);
+  const std::string entry = le(0x0100000000000007) + le(5) + le(2) + xxh3(header) + le(7) + le(0);
+  EXPECT_EQ(pages_.substr(0x2040, 48), entry);
+  EXPECT_EQ(pages_.substr(0x3040, 5), std::string("it=1\0", 5));
 }
 
 TEST_F(FormatExample, Roots) {
   ASSERT_EQ(roots_.size(), 8192u);
-  const std::string root = "ATRIUMRT" + le(1, 4) + le(4096, 4) + pages_.substr(0x2020, 16) + le(2) +
-                           le(3) + le(48) + le(2) + pages_.substr(0x3038, 8) + le(1) +  //
-                           le(4) + le(4) + le(2) + pages_.substr(0x4038, 8) + le(1) +
+  const std::string root = "ATRIUMRT" + le(1, 4) + le(4096, 4) + pages_.substr(0x7020, 16) + le(2) +
+                           le(2) + le(48) + le(2) + pages_.substr(0x2038, 8) + le(1) +  //
+                           le(3) + le(4) + le(2) + pages_.substr(0x3038, 8) + le(1) +
                            std::string(3968, '\0');
   EXPECT_EQ(roots_.substr(0, 4088), root);
   EXPECT_EQ(roots_.substr(4088, 8), xxh3(root));

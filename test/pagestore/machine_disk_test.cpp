@@ -60,11 +60,10 @@ TEST_F(MachineDiskTest, ReadingManyTimesTheArenaLeavesNoMappedPagesBehind) {
     ASSERT_OK(store->create_record(cluster(i), filled(kBytes, i % 4)));
   ASSERT_OK(store->checkpoint({}));
   const std::size_t before = resident_file_bytes();
-  for (std::uint64_t i = 0; i < kRecords; ++i) {
-    const RecordId next[] = {cluster((i + 1) % kRecords)};
-    store->will_read(next);
-    ASSERT_TRUE(store->read(cluster(i)).ok());
-  }
+  std::vector<RecordId> schedule;
+  for (std::uint64_t i = 0; i < kRecords; ++i) schedule.push_back(cluster(i));
+  store->foresee(schedule);
+  for (const RecordId id : schedule) ASSERT_TRUE(store->read(id).ok());
   EXPECT_EQ(store->counters().reads, kRecords);
   EXPECT_LT(resident_file_bytes(), before + (std::size_t{1} << 20));
 }

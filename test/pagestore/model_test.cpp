@@ -1,5 +1,5 @@
-// The store against a model of it: contents kept outside, and an LRU cache with write-back over a
-// row of granules, written as plainly as possible. Every count and every byte must agree.
+// The store against a model of it: contents kept outside, and an LRU cache with write-back
+// that counts granules, written as plainly as possible. Every count and every byte must agree.
 #include <algorithm>
 #include <list>
 #include <map>
@@ -13,10 +13,10 @@ namespace {
 
 class ModelStore {
  public:
-  explicit ModelStore(std::size_t granules) : owner_(granules, kNobody) {}
+  explicit ModelStore(std::size_t granules) : capacity_(granules) {}
 
   bool read(std::uint64_t id) {  // false: refused
-    if (!at_.contains(id)) {
+    if (!in_arena_.contains(id)) {
       if (!place(id, granules(id))) return false;
       ++reads;
     }
@@ -35,14 +35,8 @@ class ModelStore {
   }
   bool resize(std::uint64_t id, std::size_t size) {
     const std::size_t wanted = granules_of(size);
-    std::size_t others = 0;
-    for (const auto& [other, count] : pins_)
-      if (count > 0 && other != id) others += granules(other);
-    if (wanted + others > owner_.size()) return false;
-    for (;;) {
-      if (try_resize(id, wanted)) break;
-      if (!evict()) return false;
-    }
+    if (wanted + pinned() - granules(id) > capacity_) return false;
+    while (used() - granules(id) + wanted > capacity_) evict();
     content[id].resize(size);
     return true;
   }
@@ -64,8 +58,7 @@ class ModelStore {
   }
   void reopen() {
     content = durable;
-    std::ranges::fill(owner_, kNobody);
-    at_.clear();
+    in_arena_.clear();
     lru_.clear();
     dirty_.clear();
     pins_.clear();
@@ -76,57 +69,34 @@ class ModelStore {
   std::uint64_t requests = 0, reads = 0, writes = 0, checkpoint_writes = 0, evictions = 0;
 
  private:
-  static constexpr std::uint64_t kNobody = ~std::uint64_t{0};
-
   std::size_t granules(std::uint64_t id) const { return granules_of(content.at(id).size()); }
-  void fill(std::size_t first, std::size_t n, std::uint64_t id) {
-    std::fill_n(owner_.begin() + static_cast<std::ptrdiff_t>(first), n, id);
+  std::size_t used() const {
+    std::size_t n = 0;
+    for (const std::uint64_t id : in_arena_) n += granules(id);
+    return n;
   }
-  std::size_t best_fit(std::size_t n) const {  // owner_.size(): none
-    std::size_t best = owner_.size(), best_size = owner_.size() + 1;
-    for (std::size_t g = 0; g < owner_.size();) {
-      std::size_t end = g;
-      while (end < owner_.size() && owner_[end] == kNobody) ++end;
-      if (end - g >= n && end - g < best_size) best = g, best_size = end - g;
-      g = end + 1;
-    }
-    return best;
+  std::size_t pinned() const {
+    std::size_t n = 0;
+    for (const auto& [id, count] : pins_)
+      if (count > 0) n += granules(id);
+    return n;
   }
   bool place(std::uint64_t id, std::size_t n) {
-    std::size_t pinned = 0;
-    for (const auto& [other, count] : pins_)
-      if (count > 0) pinned += granules(other);
-    if (n + pinned > owner_.size()) return false;
-    while (best_fit(n) == owner_.size())
-      if (!evict()) return false;
-    at_[id] = best_fit(n);
-    fill(at_[id], n, id);
+    if (n + pinned() > capacity_) return false;
+    while (used() + n > capacity_) evict();
+    in_arena_.insert(id);
     return true;
   }
-  bool try_resize(std::uint64_t id, std::size_t n) {
-    const std::size_t old_first = at_[id], old_n = granules(id);
-    fill(old_first, old_n, kNobody);
-    bool stays = old_first + n <= owner_.size();
-    for (std::size_t g = old_first; stays && g < old_first + n; ++g) stays = owner_[g] == kNobody;
-    const std::size_t first = stays ? old_first : best_fit(n);
-    const bool found = first < owner_.size();
-    at_[id] = found ? first : old_first;
-    fill(at_[id], found ? n : old_n, id);
-    return found;
-  }
-  bool evict() {
-    if (lru_.empty()) return false;
+  void evict() {
     const std::uint64_t victim = lru_.front();
     lru_.pop_front();
     writes += dirty_.erase(victim);
-    fill(at_[victim], granules(victim), kNobody);
-    at_.erase(victim);
+    in_arena_.erase(victim);
     ++evictions;
-    return true;
   }
 
-  std::vector<std::uint64_t> owner_;
-  std::map<std::uint64_t, std::size_t> at_;
+  std::size_t capacity_;
+  std::set<std::uint64_t> in_arena_;
   std::map<std::uint64_t, int> pins_;
   std::list<std::uint64_t> lru_;
   std::set<std::uint64_t> dirty_;
@@ -140,6 +110,7 @@ class ModelTest : public StoreTest {
     ASSERT_EQ(counters.writes, model.writes);
     ASSERT_EQ(counters.checkpoint_writes, model.checkpoint_writes);
     ASSERT_EQ(counters.evictions, model.evictions);
+    ASSERT_EQ(counters.fragmentation_evictions, 0u);
   }
 };
 

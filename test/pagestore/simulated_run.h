@@ -47,10 +47,12 @@ class SimulatedRun {
   // One random call; what it did is remembered only if it succeeded.
   Status step() {
     const std::uint64_t id = random_() % kRecords;
-    const std::uint64_t what = random_() % 10;
+    const std::uint64_t what = random_() % 12;
     if (what == 0) return checkpoint();
+    if (what == 10) return stream(kRecords + id);
+    if (what == 11) foresee();
     if (!now_.records.contains(id)) return create_record(id);
-    return what < 4 ? read(id) : change(id, what < 7);
+    return what < 4 || what == 11 ? read(id) : change(id, what < 7);
   }
 
   Status checkpoint() {
@@ -63,7 +65,8 @@ class SimulatedRun {
   }
 
   Status read_everything() {
-    for (const auto& [id, bytes] : now_.records) ATRIUM_RETURN_IF_ERROR(read(id));
+    for (const auto& [id, bytes] : now_.records)
+      if (id < kRecords) ATRIUM_RETURN_IF_ERROR(read(id));
     return {};
   }
 
@@ -85,6 +88,23 @@ class SimulatedRun {
     ATRIUM_RETURN_IF_ERROR(store_->create_record(cluster(id), bytes));
     now_.records[id] = bytes;
     return {};
+  }
+
+  Status stream(std::uint64_t id) {
+    const Bytes bytes = filled(random_() % kMaxBytes, random_());
+    ATRIUM_RETURN_IF_ERROR(store_->stream_out(cluster(id), bytes));
+    now_.records[id] = bytes;
+    return {};
+  }
+
+  // Of what comes some is foreseen, and some of that comes otherwise.
+  void foresee() {
+    std::vector<RecordId> next;
+    for (int i = 0; i < 4; ++i) {
+      const std::uint64_t id = random_() % kRecords;
+      if (now_.records.contains(id)) next.push_back(cluster(id));
+    }
+    store_->foresee(next);
   }
 
   Status read(std::uint64_t id) {
@@ -119,7 +139,10 @@ class SimulatedRun {
 // All of a store as it was last made durable.
 inline Snapshot snapshot_of(ClusterStore& store) {
   Snapshot snapshot;
-  for (const RecordId id : store.record_ids()) snapshot.records[index_of(id)] = contents(store, id);
+  for (const RecordId id : store.record_ids())
+    snapshot.records[index_of(id)] = index_of(id) < SimulatedRun::kRecords
+                                         ? contents(store, id)
+                                         : copy_of(store.stream_in(id).value());
   snapshot.state = copy_of(store.state());
   return snapshot;
 }
