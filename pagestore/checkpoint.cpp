@@ -183,7 +183,7 @@ Result<Root> ClusterStore::write_contents(std::span<const std::byte> state) {
   std::vector<DirectoryEntry> entries;
   entries.reserve(records_.size());
   for (const StoredRecord* record : by_number_)
-    entries.push_back(entry_of(record->id, record->on_disk));
+    if (record->exists()) entries.push_back(entry_of(record->id, record->on_disk));
   std::ranges::sort(entries, {}, &DirectoryEntry::id);
   const auto directory = write_own_record(kDirectoryId, std::as_bytes(std::span(entries)),
                                           directory_on_disk_, directory_claim_);

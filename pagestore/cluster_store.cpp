@@ -158,7 +158,7 @@ StoredRecord& ClusterStore::add_record(StoredRecord record) {
 
 Result<StoredRecord*> ClusterStore::pin(RecordId id) {
   const auto found = records_.find(id);
-  ATRIUM_CHECK(found != records_.end());
+  ATRIUM_CHECK(found != records_.end() && found->second.exists());
   StoredRecord& record = found->second;
   if (record.resident())
     policy_->on_hit(record.number);
@@ -202,7 +202,7 @@ Status ClusterStore::bring_in(StoredRecord& record) {
 }
 
 Status ClusterStore::create_record(RecordId id, std::span<const std::byte> payload) {
-  ATRIUM_CHECK(mode_ == OpenMode::kReadWrite && !contains(id));
+  ATRIUM_CHECK(mode_ == OpenMode::kReadWrite && !records_.contains(id));
   ATRIUM_CHECK(kind_of(id) != RecordKind::kDirectory);
   StoredRecord made;
   made.id = id;
@@ -338,7 +338,8 @@ std::size_t ClusterStore::size(RecordId id) const {
 std::vector<RecordId> ClusterStore::record_ids() const {
   std::vector<RecordId> ids;
   ids.reserve(records_.size());
-  for (const auto& [id, record] : records_) ids.push_back(id);
+  for (const auto& [id, record] : records_)
+    if (record.exists()) ids.push_back(id);
   std::ranges::sort(ids);
   return ids;
 }

@@ -167,13 +167,17 @@ class ClusterStore {
   Result<ClusterPin> read(RecordId id);
   Result<ClusterEdit> edit(RecordId id);                                  // kReadWrite only
   Status create_record(RecordId id, std::span<const std::byte> payload);  // kReadWrite only
-  bool contains(RecordId id) const { return records_.contains(id); }
+  bool contains(RecordId id) const {
+    const auto found = records_.find(id);
+    return found != records_.end() && found->second.exists();
+  }
   std::size_t size(RecordId id) const;       // payload bytes
   std::vector<RecordId> record_ids() const;  // sorted
 
   // These will be the next requests, in this order, after those foreseen already. The store reads
   // ahead by it, and a policy with foresight evicts by it.
   void foresee(std::span<const RecordId> ids);
+  void forget_foreseen();  // the next requests are others
   std::uint64_t foreseen() const { return foresight_.end() - foresight_.now(); }  // still to come
 
   // Past the arena, for what is made once and read once a pass: no request, never cached, counted
@@ -181,6 +185,7 @@ class ClusterStore {
   // any of these.
   Result<std::span<const std::byte>> stream_in(RecordId id);
   Status stream_out(RecordId id, std::span<const std::byte> payload);  // made or replaced
+  void drop_streamed(RecordId id);  // out of the next checkpoint on
 
   // Makes everything durable, `state` (the caller's own, opaque) with it. No edit may be out.
   Status checkpoint(std::span<const std::byte> state);

@@ -29,6 +29,7 @@ struct StoredRecord {
   std::uint32_t pins = 0;
   bool dirty = false;
   bool coming = false;  // its slot is being read into ahead of its request
+  bool exists() const { return slot != kNoGranule || on_disk.exists(); }  // else dropped
   bool resident() const { return slot != kNoGranule && !coming; }
   std::uint64_t granules() const { return granules_of(length); }
 };

@@ -120,7 +120,7 @@ Result<std::span<const std::byte>> ClusterStore::stream_in(RecordId id) {
   const auto found = records_.find(id);
   ATRIUM_CHECK(found != records_.end());
   const StoredRecord& record = found->second;
-  ATRIUM_CHECK(record.slot == kNoGranule);
+  ATRIUM_CHECK(record.slot == kNoGranule && record.exists());
   const auto image = streamed_.granules(record.granules());
   ATRIUM_RETURN_IF_ERROR(read_image(image, id, record.on_disk, uuid_));
   ++counters_.streamed_reads;
@@ -159,6 +159,15 @@ Status ClusterStore::stream_out(RecordId id, std::span<const std::byte> payload)
   replaced.length = payload.size();
   found->second = replaced;
   return {};
+}
+
+void ClusterStore::drop_streamed(RecordId id) {
+  StoredRecord& record = records_.at(id);
+  ATRIUM_CHECK(record.slot == kNoGranule && record.exists());
+  leave_extent(record.on_disk);
+  record.on_disk = {};
+  live_bytes_[static_cast<std::size_t>(kind_of(id))] -= record.length;
+  record.length = 0;
 }
 
 }  // namespace atrium

@@ -27,4 +27,9 @@ void Foresight::advance(RecordNumber requested) {
   ++now_;
 }
 
+void Foresight::forget() {
+  for (const Upcoming& u : upcoming_) first_[u.record] = kNeverAgain;
+  upcoming_.clear();
+}
+
 }  // namespace atrium

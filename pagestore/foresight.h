@@ -23,6 +23,7 @@ class Foresight {
 
   void append(RecordNumber record);
   void advance(RecordNumber requested);
+  void forget();  // nothing is known any more
 
   // now() <= number < end()
   RecordNumber at(std::uint64_t number) const { return upcoming_[number - now_].record; }

@@ -20,6 +20,11 @@ void ClusterStore::foresee(std::span<const RecordId> ids) {
   read_ahead();
 }
 
+void ClusterStore::forget_foreseen() {
+  foresight_.forget();
+  scanned_ = foresight_.now();
+}
+
 void ClusterStore::look_ahead(const StoredRecord& requested) {
   foresight_.advance(requested.number);
   tell_next(requested);

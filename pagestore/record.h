@@ -26,9 +26,10 @@ enum class RecordKind : std::uint8_t {
   kCluster = 1,    // a cluster's solution: read, gathered to, written
   kBlockers = 2,   // immutable polygons
   kModel = 3,
-  kOther = 4
+  kOther = 4,
+  kBraids = 5  // a receiver's links
 };
-inline constexpr std::size_t kRecordKinds = 5;
+inline constexpr std::size_t kRecordKinds = 6;
 
 struct RecordId {
   std::uint64_t value = 0;  // kind in the top byte, index below

@@ -1,0 +1,69 @@
+#include "scheduler/kept_links.h"
+
+#include <utility>
+
+#include "scheduler/braid_record.h"
+
+namespace atrium {
+
+namespace {
+
+RecordId braids_of(ClusterId receiver) { return record_id(RecordKind::kBraids, receiver.value); }
+
+}  // namespace
+
+KeptLinks::KeptLinks(ClusterStore& store, std::size_t clusters, std::uint64_t budget)
+    : store_(store), budget_(budget), kept_(clusters) {
+  for (std::size_t c = 0; c < clusters; ++c) kept_[c].on_disk = store.contains(braids_of(ClusterId(c)));
+}
+
+Result<std::vector<Braid>*> KeptLinks::of(ClusterId receiver) {
+  Kept& kept = kept_[receiver.value];
+  if (kept.in_memory) return &kept.braids;
+  const Result<std::span<const std::byte>> record = store_.stream_in(braids_of(receiver));
+  if (!record.ok()) return record.status();
+  Result<std::vector<Braid>> braids = read_braids(*record);
+  if (!braids.ok()) return braids.status();
+  const std::uint64_t bytes = bytes_of(*braids);
+  std::vector<Braid>& place = bytes_ + bytes <= budget_ ? kept.braids : streamed_;
+  place = std::move(*braids);
+  if (&place == &streamed_) return &streamed_;
+  kept.in_memory = true;
+  bytes_ += bytes;
+  return &kept.braids;
+}
+
+Status KeptLinks::keep(ClusterId receiver, std::vector<Braid> braids) {
+  Kept& kept = kept_[receiver.value];
+  kept.on_disk = false;
+  const std::uint64_t bytes = bytes_of(braids);
+  if (bytes_ + bytes > budget_) return write(receiver, braids);
+  kept.braids = std::move(braids);
+  kept.in_memory = true;
+  bytes_ += bytes;
+  return {};
+}
+
+Status KeptLinks::write(ClusterId receiver, std::span<const Braid> braids) {
+  ATRIUM_RETURN_IF_ERROR(store_.stream_out(braids_of(receiver), write_braids(braids)));
+  kept_[receiver.value].on_disk = true;
+  return {};
+}
+
+Status KeptLinks::save() {
+  for (std::size_t c = 0; c < kept_.size(); ++c)
+    if (kept_[c].in_memory && !kept_[c].on_disk)
+      ATRIUM_RETURN_IF_ERROR(write(ClusterId(c), kept_[c].braids));
+  return {};
+}
+
+void KeptLinks::forget_all() {
+  for (std::size_t c = 0; c < kept_.size(); ++c) {
+    if (store_.contains(braids_of(ClusterId(c)))) store_.drop_streamed(braids_of(ClusterId(c)));
+    kept_[c] = {};
+  }
+  bytes_ = 0;
+  streamed_.clear();
+}
+
+}  // namespace atrium

@@ -1,0 +1,49 @@
+// KeptLinks: the braids of a level of the iteration, by receiver, made in its first sweep and used
+// in all others. As many as fit the budget stay in memory; the others are streamed from the page
+// store whenever their receiver comes round. The paper discards links and makes them again [THFH94
+// §5.1 3(f)]: memory was 256 MB, and a disk is now faster than refining is.
+//
+// Invariants:
+//  1. What comes back is what was kept, bit for bit, wherever it was: the budget changes no result.
+//  2. After save(), a checkpoint holds all braids kept so far.
+// Not thread safe.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/id.h"
+#include "engine/status.h"
+#include "pagestore/cluster_store.h"
+#include "solver/link.h"
+
+namespace atrium {
+
+class KeptLinks {
+ public:
+  // budget: bytes of memory.
+  KeptLinks(ClusterStore& store, std::size_t clusters, std::uint64_t budget);
+
+  // The receiver's braids: valid until the next call. kStore: the disk.
+  Result<std::vector<Braid>*> of(ClusterId receiver);
+  Status keep(ClusterId receiver, std::vector<Braid> braids);
+  Status save();
+  void forget_all();  // a new level: its links are made anew
+
+  std::uint64_t bytes() const { return bytes_; }  // in memory
+
+ private:
+  struct Kept {
+    std::vector<Braid> braids;
+    bool in_memory = false, on_disk = false;
+  };
+  Status write(ClusterId receiver, std::span<const Braid> braids);
+
+  ClusterStore& store_;
+  std::uint64_t budget_, bytes_ = 0;
+  std::vector<Kept> kept_;
+  std::vector<Braid> streamed_;  // those of the last receiver that was not in memory
+};
+
+}  // namespace atrium
