@@ -37,26 +37,21 @@
 
 #include "engine/status.h"
 #include "pagestore/directory.h"
+#include "pagestore/disk.h"
 #include "pagestore/record.h"
 
 namespace atrium {
 
 class Arena;
 class ClusterStore;
-class Disk;
-class DiskFile;
-class DiskLock;
 class PageFile;
 struct Root;
-
-// How records come from disk: copied out of read-only mappings, or past the page cache with O_DIRECT.
-enum class Io { kMmap, kDirect };
 
 struct StoreOptions {
   std::size_t arena_bytes = std::size_t{32} << 20;  // rounded down to granules
   std::string policy = "lru";                       // as parse_policy takes it
   Io io = Io::kMmap;
-  Disk* disk = nullptr;                             // nullptr: the machine's own
+  Disk* disk = nullptr;  // nullptr: the machine's own, by `io`
 };
 
 // kReadOnly takes no lock, may look at a live run, and fails where the newest root does not

@@ -58,6 +58,9 @@ class PageFile {
 
   Status write(std::uint64_t first, std::span<const std::byte> image);
   Status read(std::uint64_t first, std::span<std::byte> image);
+  // Gets a read under way, to be waited for by its ticket; `queue` is of the same disk.
+  Status queue_read(ReadQueue& queue, std::uint64_t first, std::span<std::byte> image,
+                    std::uint64_t ticket);
   void will_read(std::uint64_t first, std::uint64_t granules);
   Status sync();  // everything written so far is durable on return
 
@@ -78,6 +81,7 @@ class PageFile {
 
   PageFile(Disk& disk, std::string dir) : disk_(disk), dir_(std::move(dir)) {}
   std::string segment_path(std::size_t segment) const;
+  Result<DiskFile*> file_of(std::uint64_t first);
   Status adopt_segments(DiskAccess access);
   Status grow(std::uint64_t granules);
   Status add_segment(std::uint64_t granules);

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "pagestore/disk.h"
+#include "pagestore/read_queue.h"
 
 namespace atrium {
 
@@ -81,6 +82,8 @@ class SimulatedDisk final : public Disk {
     files[path];
     return std::unique_ptr<DiskFile>(std::make_unique<Handle>(*this, path));
   }
+
+  std::unique_ptr<ReadQueue> read_queue(unsigned) override { return make_advising_queue(); }
 
   Status remove(const std::string& path) override {
     if (!powered) return failure(path, "remove");
