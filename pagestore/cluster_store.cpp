@@ -104,7 +104,9 @@ Status ClusterEdit::resize(std::size_t size) {
 }
 
 ClusterStore::ClusterStore(const std::string& dir, const StoreOptions& options, OpenMode mode)
-    : dir_(dir), mode_(mode), disk_(options.disk != nullptr ? *options.disk : machine_disk(options.io)) {}
+    : dir_(dir),
+      mode_(mode),
+      disk_(options.disk != nullptr ? *options.disk : machine_disk(options.io)) {}
 
 ClusterStore::~ClusterStore() { ATRIUM_CHECK(pinned_bytes_ == 0); }
 

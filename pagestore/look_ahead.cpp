@@ -61,10 +61,14 @@ bool ClusterStore::read_one_ahead(StoredRecord& record) {
   const auto slot = arena_->allocate(record.granules());
   if (!slot) return false;
   const IoClock clock(counters_.io_seconds);
+  const auto image = arena_->image(*slot, record.granules());
+  if (!pages_->queue_read(*queue_, record.on_disk.first, image, record.number).ok()) {
+    arena_->free(*slot, record.granules());  // its request will say why
+    return true;
+  }
   record.slot = *slot;
   record.coming = true;
   coming_bytes_ += bytes;
-  pages_->queue_read(*queue_, record.on_disk.first, image_of(record), record.number);
   return true;
 }
 

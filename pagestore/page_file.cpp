@@ -124,16 +124,24 @@ Status PageFile::write(std::uint64_t first, std::span<const std::byte> image) {
   return write_all(*segment.file, byte_of(first), image);
 }
 
-Status PageFile::read(std::uint64_t first, std::span<std::byte> image) {
-  if (segment_of(first) >= segments_.size())
-    return Status(Code::kStore, path_of(first), place_of(first), "there is no such page file",
-                  kDamageRemedy);
-  return segments_[segment_of(first)].file->read(byte_of(first), image);
+Result<DiskFile*> PageFile::file_of(std::uint64_t first) {
+  if (segment_of(first) < segments_.size()) return segments_[segment_of(first)].file.get();
+  return Status(Code::kStore, path_of(first), place_of(first), "there is no such page file",
+                kDamageRemedy);
 }
 
-void PageFile::queue_read(ReadQueue& queue, std::uint64_t first, std::span<std::byte> image,
-                          std::uint64_t ticket) {
-  queue.submit(*segments_[segment_of(first)].file, byte_of(first), image, ticket);
+Status PageFile::read(std::uint64_t first, std::span<std::byte> image) {
+  const auto file = file_of(first);
+  if (!file.ok()) return file.status();
+  return (*file)->read(byte_of(first), image);
+}
+
+Status PageFile::queue_read(ReadQueue& queue, std::uint64_t first, std::span<std::byte> image,
+                            std::uint64_t ticket) {
+  const auto file = file_of(first);
+  if (!file.ok()) return file.status();
+  queue.submit(**file, byte_of(first), image, ticket);
+  return {};
 }
 
 Status PageFile::sync() {

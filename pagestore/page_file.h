@@ -58,9 +58,9 @@ class PageFile {
 
   Status write(std::uint64_t first, std::span<const std::byte> image);
   Status read(std::uint64_t first, std::span<std::byte> image);
-  // Into `queue`, under `ticket`; the address must be there.
-  void queue_read(ReadQueue& queue, std::uint64_t first, std::span<std::byte> image,
-                  std::uint64_t ticket);
+  // Gets a read under way, to be waited for by its ticket; `queue` is of the same disk.
+  Status queue_read(ReadQueue& queue, std::uint64_t first, std::span<std::byte> image,
+                    std::uint64_t ticket);
   Status sync();  // everything written so far is durable on return
 
   std::uint64_t file_bytes() const;
@@ -80,6 +80,7 @@ class PageFile {
 
   PageFile(Disk& disk, std::string dir) : disk_(disk), dir_(std::move(dir)) {}
   std::string segment_path(std::size_t segment) const;
+  Result<DiskFile*> file_of(std::uint64_t first);
   Status adopt_segments(DiskAccess access);
   Status grow(std::uint64_t granules);
   Status add_segment(std::uint64_t granules);

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "pagestore/disk.h"
+#include "pagestore/read_queue.h"
 
 namespace atrium {
 
@@ -32,6 +33,7 @@ class SimulatedDisk final : public Disk {
     std::vector<std::pair<std::uint64_t, std::vector<std::byte>>> pending;
     bool name_durable = false;
     bool locked = false;
+    std::shared_ptr<File> replaced;  // what had its name before, until that is durable
   };
 
   // What becomes of call number `n` (from 0) of those that write, reserve, sync or make.
@@ -50,9 +52,14 @@ class SimulatedDisk final : public Disk {
       File& file = it->second;
       file.locked = false;
       if (!file.name_durable && random() % 2 == 0) {
-        it = files.erase(it);
-        continue;
+        if (!file.replaced) {
+          it = files.erase(it);
+          continue;
+        }
+        const auto before = file.replaced;
+        file = *before;
       }
+      file.replaced.reset();
       if (file.now.size() > file.durable.size() && random() % 2 == 0)
         file.durable.resize(file.now.size());
       for (const auto& [offset, bytes] : file.pending) land(file.durable, offset, bytes, random);
@@ -72,9 +79,6 @@ class SimulatedDisk final : public Disk {
     return bytes;
   }
 
-  // Bytes come when they are waited for.
-  std::unique_ptr<ReadQueue> read_queue(unsigned) override { return std::make_unique<Queue>(); }
-
   bool exists(const std::string& path) const override { return files.contains(path); }
   Status make_directory(const std::string&) override { return {}; }
 
@@ -85,16 +89,32 @@ class SimulatedDisk final : public Disk {
     return std::unique_ptr<DiskFile>(std::make_unique<Handle>(*this, path));
   }
 
+  std::unique_ptr<ReadQueue> read_queue(unsigned) override { return make_advising_queue(); }
+
   Status remove(const std::string& path) override {
     if (!powered) return failure(path, "remove");
     files.erase(path);
     return {};
   }
 
+  Status rename(const std::string& from, const std::string& to) override {
+    if (next("rename") != Fault::kNone) return failure(from, "rename");
+    auto before = files.contains(to) ? std::make_shared<File>(files[to]) : nullptr;
+    File file = std::move(files[from]);
+    files.erase(from);
+    file.name_durable = false;
+    file.replaced = std::move(before);
+    files[to] = std::move(file);
+    return {};
+  }
+
   Status sync_directory(const std::string& path) override {
     if (next("sync_directory") != Fault::kNone) return failure(path, "sync_directory");
     for (auto& [name, file] : files)
-      if (name.starts_with(path + "/")) file.name_durable = true;
+      if (name.starts_with(path + "/")) {
+        file.name_durable = true;
+        file.replaced.reset();
+      }
     return {};
   }
 
@@ -118,18 +138,6 @@ class SimulatedDisk final : public Disk {
     std::string path_;
   };
 
-  class Queue final : public ReadQueue {
-   public:
-    void submit(DiskFile& file, std::uint64_t offset, std::span<std::byte> into,
-                std::uint64_t ticket) override {
-      reads_[ticket] = [&file, offset, into] { return file.read(offset, into); };
-    }
-    Status wait(std::uint64_t ticket) override { return reads_.extract(ticket).mapped()(); }
-
-   private:
-    std::map<std::uint64_t, std::function<Status()>> reads_;
-  };
-
   class Handle final : public DiskFile {
    public:
     Handle(SimulatedDisk& disk, std::string path) : disk_(disk), path_(std::move(path)) {}
@@ -139,12 +147,11 @@ class SimulatedDisk final : public Disk {
     }
     Status allocate(std::uint64_t size) override {
       if (disk_.next("allocate") != Fault::kNone) return failure(path_, "allocate");
-      File& file = disk_.files[path_];
-      if (size <= file.reserved) return {};
-      if (disk_.used() + size - file.reserved > disk_.capacity)
-        return Status(Code::kStore, path_, "", "no space left", "make room");
-      file.now.resize(std::max<std::uint64_t>(size, file.now.size()));
-      file.reserved = size;
+      return disk_.reserve(path_, size);
+    }
+    Status truncate(std::uint64_t size) override {
+      if (disk_.next("truncate") != Fault::kNone) return failure(path_, "truncate");
+      disk_.files[path_].now.resize(size);
       return {};
     }
     Result<std::size_t> write_some(std::uint64_t offset,
@@ -155,8 +162,11 @@ class SimulatedDisk final : public Disk {
       if (what == Fault::kPowerOff)  // under way when the power went: may land, may tear
         file.pending.emplace_back(offset, std::vector(bytes.begin(), bytes.end()));
       if (what == Fault::kError || what == Fault::kPowerOff) return failure(path_, "write");
-      if (offset + bytes.size() > file.reserved)
-        return failure(path_, "a write past what is reserved");
+      if (offset + bytes.size() > file.reserved) {
+        if (path_.find("/pages.") != std::string::npos)
+          return failure(path_, "a write past what is reserved");
+        ATRIUM_RETURN_IF_ERROR(disk_.reserve(path_, offset + bytes.size()));
+      }
       std::memcpy(file.now.data() + offset, bytes.data(), bytes.size());
       file.pending.emplace_back(offset, std::vector(bytes.begin(), bytes.end()));
       return bytes.size();
@@ -186,6 +196,16 @@ class SimulatedDisk final : public Disk {
 
   static Status failure(const std::string& path, const std::string& what) {
     return Status(Code::kStore, path, "", what + " failed", "");
+  }
+
+  Status reserve(const std::string& path, std::uint64_t size) {
+    File& file = files[path];
+    if (size <= file.reserved) return {};
+    if (used() + size - file.reserved > capacity)
+      return Status(Code::kStore, path, "", "no space left", "make room");
+    file.now.resize(std::max<std::uint64_t>(size, file.now.size()));
+    file.reserved = size;
+    return {};
   }
 
   Fault next(const std::string& call) {
