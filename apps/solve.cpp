@@ -73,19 +73,23 @@ extern "C" void on_stop_signal(int signal) {
   }
 }
 
-void stop_on_signals() {
+extern "C" void on_checkpoint_signal(int) { request_checkpoint(); }
+
+void hear_signals() {
   struct sigaction action {};
   action.sa_handler = on_stop_signal;
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  action.sa_handler = on_checkpoint_signal;
+  sigaction(SIGUSR1, &action, nullptr);
 }
 
 Result<int> run_solve(SolveOptions& options, const Global& global, Console& console) {
   if (options.run_directory.empty())
     return usage_error("solve needs -o RUN", "name the run directory to make");
   options.threads = global.threads;
-  stop_on_signals();
+  hear_signals();
   const Result<SolveSummary> summary = solve(
       options,
       [&](const Progress& p) { console.progress(p.seconds, [&] { return progress_text(p); }); },

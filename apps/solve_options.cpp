@@ -56,6 +56,9 @@ void add_solve_options(OptionSet& o, SolveOptions& s) {
            s.links);
   o.count("seed", "of the random order and of sample points", 0, UINT64_MAX,
           [&s](std::uint64_t n) { s.seed = n; });
+  o.choice("io", "how records come from disk", {"mmap", "direct"}, s.io);
+  o.time("checkpoint-every", "so often all is made durable (10min)", s.checkpoint_every);
+  o.text("trace", "record the store's accesses in this file (.atr)", s.trace);
   o.text("reference", "points with known irradiance: history holds the true error", s.reference);
   o.custom("force", "switch on what the plan left out", "FEATURE,...",
            [&s](const std::string& text) { return add_features(text, s.force); });

@@ -70,7 +70,8 @@ struct ClusterStore::RootContents {
 };
 
 Result<std::unique_ptr<ClusterStore>> ClusterStore::create(const std::string& dir,
-                                                           const StoreOptions& options) {
+                                                           const StoreOptions& options,
+                                                           std::span<const std::byte> state) {
   std::unique_ptr<ClusterStore> store(new ClusterStore(dir, options, OpenMode::kReadWrite));
   ATRIUM_RETURN_IF_ERROR(store->make_directory());
   ATRIUM_RETURN_IF_ERROR(store->prepare(options));
@@ -82,7 +83,7 @@ Result<std::unique_ptr<ClusterStore>> ClusterStore::create(const std::string& di
   ATRIUM_RETURN_IF_ERROR(store->roots_->allocate(kRootFileBytes));
   ATRIUM_RETURN_IF_ERROR(store->disk_.sync_directory(dir));
   store->uuid_ = new_uuid();
-  ATRIUM_RETURN_IF_ERROR(store->checkpoint({}));
+  ATRIUM_RETURN_IF_ERROR(store->checkpoint(state));
   store->counters_ = {};
   return store;
 }
@@ -106,6 +107,14 @@ Result<std::unique_ptr<ClusterStore>> ClusterStore::open(const std::string& dir,
   }
 }
 
+bool ClusterStore::is_there(Disk& disk, const std::string& dir) {
+  if (!disk.exists(roots_path(dir))) return false;
+  const auto file = disk.open(roots_path(dir), DiskAccess::kRead);
+  if (!file.ok()) return true;  // opening it will say why
+  const auto slots = read_roots(**file);
+  return !slots.ok() || store_was_made(*slots);
+}
+
 // The name of a directory made here is durable, as what is in it will be.
 Status ClusterStore::make_directory() {
   if (disk_.exists(dir_)) return {};
@@ -115,9 +124,8 @@ Status ClusterStore::make_directory() {
 }
 
 Status ClusterStore::prepare(const StoreOptions& options) {
-  const bool writes = mode_ == OpenMode::kReadWrite;
-  const DiskAccess access = writes ? DiskAccess::kReadWrite : DiskAccess::kRead;
-  if (writes) {
+  const DiskAccess access = writes() ? DiskAccess::kReadWrite : DiskAccess::kRead;
+  if (writes()) {
     auto lock = disk_.lock(dir_ + "/lock");
     if (!lock.ok()) return lock.status();
     lock_ = std::move(lock).value();
@@ -147,7 +155,7 @@ Status ClusterStore::prepare(const StoreOptions& options) {
 }
 
 Status ClusterStore::checkpoint(std::span<const std::byte> state) {
-  ATRIUM_CHECK(mode_ == OpenMode::kReadWrite && edits_ == 0);
+  ATRIUM_CHECK(writes() && edits_ == 0);
   ATRIUM_RETURN_IF_ERROR(flush_dirty());
   const auto root = write_contents(state);
   if (!root.ok()) return root.status();
@@ -226,7 +234,7 @@ Status ClusterStore::load_newest_root() {
   const auto roots = whole_roots(*slots);
   Status fault = slot_fault(*slots, roots_->path());
   if (!roots.empty()) epoch_ = roots.front().epoch;
-  if (!fault.ok() && (mode_ == OpenMode::kReadOnly || roots.empty())) return fault;
+  if (!fault.ok() && (mode_ != OpenMode::kRecover || roots.empty())) return fault;
   for (std::size_t i = 0; i < roots.size(); ++i) {
     const Status loaded = load(roots[i]);
     if (loaded.ok()) {
@@ -236,7 +244,7 @@ Status ClusterStore::load_newest_root() {
                               "went on from the root of epoch " + std::to_string(epoch_));
       return checkpoint(state_);  // over the faulty slot: two whole roots again
     }
-    if (mode_ == OpenMode::kReadOnly) return loaded;
+    if (mode_ != OpenMode::kRecover) return loaded;
     if (fault.ok()) fault = loaded;
   }
   if (!fault.ok()) return fault;
@@ -334,7 +342,7 @@ Status ClusterStore::verify(const Root& root) {
 // `fault`, unless a live run has checkpointed `steps` times or more since this reader opened the
 // store: then what it looked at may have been reused, and nothing is wrong.
 Status ClusterStore::unless_moved_on(Status fault, std::uint64_t steps) {
-  if (mode_ == OpenMode::kReadWrite) return fault;
+  if (writes()) return fault;
   const auto slots = read_roots(*roots_);
   if (!slots.ok()) return fault;
   const auto roots = whole_roots(*slots);

@@ -139,7 +139,7 @@ Result<ClusterPin> ClusterStore::read(RecordId id) {
 }
 
 Result<ClusterEdit> ClusterStore::edit(RecordId id) {
-  ATRIUM_CHECK(mode_ == OpenMode::kReadWrite);
+  ATRIUM_CHECK(writes());
   auto record = pin(id);
   if (!record.ok()) return record.status();
   const Status claimed = claim(**record, (*record)->granules());
@@ -204,7 +204,7 @@ Status ClusterStore::bring_in(StoredRecord& record) {
 }
 
 Status ClusterStore::create_record(RecordId id, std::span<const std::byte> payload) {
-  ATRIUM_CHECK(mode_ == OpenMode::kReadWrite && !records_.contains(id));
+  ATRIUM_CHECK(writes() && !records_.contains(id));
   ATRIUM_CHECK(kind_of(id) != RecordKind::kDirectory);
   StoredRecord made;
   made.id = id;

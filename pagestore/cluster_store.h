@@ -66,9 +66,9 @@ struct StoreOptions {
   Disk* disk = nullptr;  // nullptr: the machine's own
 };
 
-// kReadOnly takes no lock, may look at a live run, and fails where the newest root does not
-// verify; kReadWrite takes the lock and goes on from the older root then (recovery_note says so).
-enum class OpenMode { kReadOnly, kReadWrite };
+// kReadOnly takes no lock and may look at a live run; the others take it. Where the newest root does
+// not verify, kRecover goes on from the older one (recovery_note says so), and the others fail.
+enum class OpenMode { kReadOnly, kReadWrite, kRecover };
 
 // Counts since the store was opened. Bytes are payload bytes.
 struct StoreCounters {
@@ -94,6 +94,7 @@ struct StoreCounters {
     return requests == 0 ? 1.0 : 1.0 - static_cast<double>(reads) / static_cast<double>(requests);
   }
   StoreCounters operator-(const StoreCounters& before) const;  // what happened since `before`
+  StoreCounters operator+(const StoreCounters& more) const { return *this - (StoreCounters{} - more); }
 };
 
 // A record held in the arena for reading; several on one record are allowed.
@@ -153,10 +154,13 @@ class [[nodiscard]] ClusterEdit {
 
 class ClusterStore {
  public:
-  // Makes an empty store in `dir` (made if missing), durable on return. Refuses (kUsage) a
+  // Makes an empty store in `dir` (made if missing), durable on return, with `state`. Refuses (kUsage) a
   // directory that holds one already; one whose making was cut short is made anew.
   static Result<std::unique_ptr<ClusterStore>> create(const std::string& dir,
-                                                      const StoreOptions& options);
+                                                      const StoreOptions& options,
+                                                      std::span<const std::byte> state = {});
+  // False where none is, and where the making of one was cut short.
+  static bool is_there(Disk& disk, const std::string& dir);
   static Result<std::unique_ptr<ClusterStore>> open(const std::string& dir,
                                                     const StoreOptions& options, OpenMode mode);
   // Discards what was not checkpointed. No pin may be left.
@@ -165,8 +169,8 @@ class ClusterStore {
   ClusterStore& operator=(const ClusterStore&) = delete;
 
   Result<ClusterPin> read(RecordId id);
-  Result<ClusterEdit> edit(RecordId id);                                  // kReadWrite only
-  Status create_record(RecordId id, std::span<const std::byte> payload);  // kReadWrite only
+  Result<ClusterEdit> edit(RecordId id);                                  // not kReadOnly
+  Status create_record(RecordId id, std::span<const std::byte> payload);  // not kReadOnly
   bool contains(RecordId id) const {
     const auto found = records_.find(id);
     return found != records_.end() && found->second.exists();
@@ -192,7 +196,7 @@ class ClusterStore {
   std::span<const std::byte> state() const { return state_; }  // of the last durable root
   std::uint64_t epoch() const { return epoch_; }  // checkpoints since creation, that one counted
 
-  // Where opening had to pass over a root that does not verify: which, why, and what was done. Ok
+  // kRecover: where opening had to pass over a root that does not verify: which, why, and what was done. Ok
   // otherwise.
   const Status& recovery_note() const { return recovery_note_; }
 
@@ -286,6 +290,7 @@ class ClusterStore {
 
   std::string dir_;
   OpenMode mode_;
+  bool writes() const { return mode_ != OpenMode::kReadOnly; }
   Disk& disk_;
   std::unique_ptr<DiskLock> lock_;
   std::unique_ptr<DiskFile> roots_;

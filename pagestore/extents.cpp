@@ -129,7 +129,7 @@ Result<std::span<const std::byte>> ClusterStore::stream_in(RecordId id) {
 }
 
 Status ClusterStore::stream_out(RecordId id, std::span<const std::byte> payload) {
-  ATRIUM_CHECK(mode_ == OpenMode::kReadWrite && kind_of(id) != RecordKind::kDirectory);
+  ATRIUM_CHECK(writes() && kind_of(id) != RecordKind::kDirectory);
   const auto image = streamed_.granules(granules_of(payload.size()));
   std::ranges::copy(payload, image.begin() + sizeof(RecordHeader));
   const auto found = records_.find(id);

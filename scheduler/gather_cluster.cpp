@@ -172,9 +172,13 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
 
   // 3. For each source cluster S visible to R
   const std::span<const ClusterId> sources = model.visible[task.receiver.value];
-  std::vector<Braid> own;
-  std::vector<Braid>& braids = task.kept ? *task.kept : own;
-  if (task.linking == Linking::kMakeAndKeep) braids.assign(sources.size(), {});
+  std::vector<Braid> made(task.linking == Linking::kMakeAndKeep ? sources.size() : 0);
+  std::vector<Braid>* kept = &made;
+  if (task.linking == Linking::kUseKept) {
+    const Result<std::vector<Braid>*> braids = task.links->of(task.receiver);
+    if (!braids.ok()) return braids.status();
+    kept = *braids;
+  }
   std::uint64_t largest_source = 0;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const ClusterId s = sources[i];
@@ -191,7 +195,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     const double start = now();
     // (c), (d) Tubes and links.
     Braid discarded;
-    Braid& braid = task.linking == Linking::kMakeAndDiscard ? discarded : braids[i];
+    Braid& braid = task.linking == Linking::kMakeAndDiscard ? discarded : (*kept)[i];
     if (task.linking != Linking::kUseKept)
       braid = make_braid(task, around, s, *source, receiver);
     // (e) Gather.
@@ -207,6 +211,10 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   const double start = now();
   push_pull_all(receiver, report);
   report.solver_seconds += now() - start;
+
+  // What may fail comes before R changes: a gather is done wholly or not at all.
+  if (task.linking == Linking::kMakeAndKeep)
+    ATRIUM_RETURN_IF_ERROR(task.links->keep(task.receiver, std::move(made)));
 
   // 5. Extract R, 6. SetDirty, 7. Release.
   report.elements = receiver.elements();

@@ -15,6 +15,7 @@
 
 #include "engine/model.h"
 #include "pagestore/cluster_store.h"
+#include "scheduler/kept_links.h"
 #include "scheduler/working_set.h"
 #include "solver/gather.h"
 #include "solver/push_pull.h"
@@ -34,7 +35,7 @@ struct GatherTask {
   Linking linking = Linking::kMakeAndDiscard;
   RefineSettings refine;
   double lamp_cap = 0;  // lm/m²: brighter sources do not stand for their room when rows are closed
-  std::vector<Braid>* kept = nullptr;  // filled or used, by `linking`
+  KeptLinks* links = nullptr;  // filled or used, by `linking`
 };
 
 struct GatherReport {

@@ -1,9 +1,6 @@
 #include "scheduler/history.h"
 
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <fstream>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -13,17 +10,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Status disk_error(const std::string& path, const char* what) {
-  return Status(Code::kStore, path, "", std::string(what) + ": " + std::strerror(errno),
-                "check the directory and the space on its disk");
-}
-
 std::string quoted(const std::string& s) { return Json(s).dump(); }
 
 std::string list(const std::vector<std::string>& items) {
   std::string text;
   for (const std::string& s : items) text += (text.empty() ? "" : ", ") + quoted(s);
   return "[" + text + "]";
+}
+
+// A run can be resumed from anywhere.
+std::string absolute(const std::string& path) {
+  return path.empty() ? path : std::filesystem::absolute(path).lexically_normal().string();
 }
 
 const char* name(SidesChoice s) {
@@ -97,18 +94,22 @@ std::string summary_json(const SolveSummary& s) {
   j["left_out"] = Json::array();
   for (const LeftOut& l : s.left_out) j["left_out"].push_back({{"feature", l.feature}, {"why", l.why}});
   j["threads"] = s.threads;
+  j["checkpoints"] = s.checkpoints;
+  j["resumes"] = s.resumes;
   j["peak_rss_bytes"] = s.peak_rss_bytes;
   j["version"] = program_version();
   return j.dump(1) + "\n";
 }
 
 std::string run_toml(const SolveOptions& o) {
+  std::vector<std::string> files;
+  for (const std::string& f : o.scene.files) files.push_back(absolute(f));
   std::ostringstream t;
   t.precision(17);
   t << "# The effective configuration of this run: `atrium solve` with it repeats the run.\n"
     << "version = " << quoted(program_version()) << "\n"
-    << "scene = " << list(o.scene.files) << "\n"
-    << "assign = " << quoted(o.scene.assign_file) << "\n"
+    << "scene = " << list(files) << "\n"
+    << "assign = " << quoted(absolute(o.scene.assign_file)) << "\n"
     << "drop = " << list(o.scene.drop) << "\n"
     << "sides = " << quoted(name(o.scene.sides)) << "\n"
     << "unit = \"" << o.scene.unit << "m\"\n"
@@ -127,33 +128,12 @@ std::string run_toml(const SolveOptions& o) {
     << "links = " << quoted(o.links) << "\n"
     << "seed = " << o.seed << "\n"
     << "threads = " << o.threads << "\n"
-    << "reference = " << quoted(o.reference) << "\n"
-    << "force = " << list(o.force) << "\n";
+    << "reference = " << quoted(absolute(o.reference)) << "\n"
+    << "force = " << list(o.force) << "\n"
+    << "io = " << quoted(o.io) << "\n"
+    << "checkpoint-every = \"" << o.checkpoint_every << "s\"\n"
+    << "trace = " << quoted(absolute(o.trace)) << "\n";
   return t.str();
-}
-
-Status write_text(const std::string& path, const std::string& text) {
-  std::ofstream f(path, std::ios::binary | std::ios::trunc);
-  f << text;
-  f.flush();
-  if (!f) return disk_error(path, "cannot write");
-  return {};
-}
-
-Status append_line(const std::string& path, const std::string& line) {
-  std::ofstream f(path, std::ios::binary | std::ios::app);
-  f << line << '\n';
-  f.flush();
-  if (!f) return disk_error(path, "cannot append");
-  return {};
-}
-
-Result<std::string> read_text(const std::string& path) {
-  std::ifstream f(path, std::ios::binary);
-  if (!f) return disk_error(path, "cannot read");
-  std::ostringstream text;
-  text << f.rdbuf();
-  return text.str();
 }
 
 }  // namespace atrium

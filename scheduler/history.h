@@ -1,6 +1,5 @@
-// The files a run leaves for people and other programs beside its page store: run.toml (how to
-// repeat it), history.jsonl (a line an iteration), summary.json, run.log. Formats as in the
-// command line's contract.
+// What stands in the files of a run (scheduler/run_files.h): run.toml (how to repeat it), a line of
+// history.jsonl, summary.json. Formats as in the command line's contract.
 #pragma once
 
 #include <string>
@@ -13,10 +12,6 @@ namespace atrium {
 std::string history_json(const HistoryLine& line);
 std::string summary_json(const SolveSummary& summary);
 std::string run_toml(const SolveOptions& options);
-
-Status write_text(const std::string& path, const std::string& text);
-Status append_line(const std::string& path, const std::string& line);
-Result<std::string> read_text(const std::string& path);
 
 std::string program_version();
 

@@ -114,6 +114,10 @@ Status validate(const SolveOptions& o) {
   const std::vector<std::string> orders = order_names();
   if (std::find(orders.begin(), orders.end(), o.order) == orders.end())
     return refuse("--order", "unknown order " + o.order, "use random, model, source or cell");
+  if (o.io != "mmap" && o.io != "direct")
+    return refuse("--io", "unknown way to the disk " + o.io, "use mmap or direct");
+  if (!(o.checkpoint_every > 0))
+    return refuse("--checkpoint-every", "not above 0", "try 10min");
   if (!o.force.empty())
     return refuse("--force", "nothing named " + o.force[0] + " is ever left out",
                   "see left_out in atrium plan");

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "engine/cluster_record.h"
-#include "scheduler/history.h"
+#include "scheduler/run_files.h"
 #include "scheduler/patch_grid.h"
 #include "scheduler/solution.h"
 
@@ -55,7 +55,7 @@ bool number(const std::vector<std::string>& row, int column, double& x) {
 
 Result<ReferencePoints> ReferencePoints::read(const std::string& path, const Scene& scene,
                                               const Model& model) {
-  Result<std::string> text = read_text(path);
+  Result<std::string> text = read_text(machine_disk(Io::kMmap), path);
   if (!text.ok()) return Status(Code::kUsage, path, "", text.status().cause(), "check --reference");
   // As the reference's points are stated in the files' units: on a surface within this share of it.
   constexpr double kOnSurface = 1e-5;

@@ -53,8 +53,8 @@ Status RunFiles::append_line(RunFile file, const std::string& line) {
   return write_all(**opened, whole, bytes_of(line + "\n"));
 }
 
-Result<std::string> RunFiles::read(RunFile file) const {
-  auto opened = disk_.open(path(file), DiskAccess::kRead);
+Result<std::string> read_text(Disk& disk, const std::string& path) {
+  auto opened = disk.open(path, DiskAccess::kRead);
   if (!opened.ok()) return opened.status();
   const auto size = (*opened)->size();
   if (!size.ok()) return size.status();

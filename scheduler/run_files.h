@@ -28,6 +28,8 @@ struct FileSum {
 };
 using RunSums = std::array<FileSum, kRunFiles>;
 
+Result<std::string> read_text(Disk& disk, const std::string& path);
+
 class RunFiles {
  public:
   RunFiles(Disk& disk, std::string directory) : disk_(disk), directory_(std::move(directory)) {}
@@ -38,7 +40,7 @@ class RunFiles {
 
   Status write(RunFile file, const std::string& text);         // whole, durable on return
   Status append_line(RunFile file, const std::string& line);   // durable with the next sums()
-  Result<std::string> read(RunFile file) const;
+  Result<std::string> read(RunFile file) const { return read_text(disk_, path(file)); }
 
   // Of all files as they are now, which are durable on return.
   Result<RunSums> sums();

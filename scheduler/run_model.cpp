@@ -121,15 +121,6 @@ void exchange(Archive& a, RunModel& run) {
   a.value(m.tolerance);
 }
 
-std::vector<std::byte> to_bytes(const RunModel& run) {
-  Out out;
-  std::uint32_t version = kRunModelVersion;
-  out.value(version);
-  RunModel copy = run;
-  exchange(out, copy);
-  return std::move(out.bytes);
-}
-
 Result<RunModel> from_bytes(std::span<const std::byte> bytes, const std::string& directory) {
   In in(bytes);
   std::uint32_t version = 0;
@@ -144,9 +135,16 @@ Result<RunModel> from_bytes(std::span<const std::byte> bytes, const std::string&
 
 }  // namespace
 
-Status store_run_model(const RunModel& run, ClusterStore& store) {
-  const std::vector<std::byte> bytes = to_bytes(run);
-  const std::span<const std::byte> all(bytes);
+std::vector<std::byte> to_bytes(const RunModel& run) {
+  Out out;
+  std::uint32_t version = kRunModelVersion;
+  out.value(version);
+  RunModel copy = run;
+  exchange(out, copy);
+  return std::move(out.bytes);
+}
+
+Status store_run_model(std::span<const std::byte> all, ClusterStore& store) {
   for (std::size_t at = 0, i = 0; at < all.size(); at += kRunModelPiece, ++i)
     ATRIUM_RETURN_IF_ERROR(
         store.create_record(record_id(RecordKind::kModel, i),

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <limits>
 
-#include "scheduler/history.h"
 #include "scheduler/patch_grid.h"
 #include "scheduler/run_model.h"
+#include "scheduler/run_state.h"
 #include "solver/basis.h"
 #include "visibility/occlusion.h"
 
@@ -44,9 +44,12 @@ Result<std::unique_ptr<Solution>> Solution::open(const std::string& directory,
   Result<RunModel> run = load_run_model(*parts.store, directory);
   if (!run.ok()) return run.status();
   parts.run = std::move(run).value();
-  const std::string summary = directory + "/summary.json";
-  if (fs::exists(summary)) {
-    Result<std::string> text = read_text(summary);
+  RunFiles files(machine_disk(Io::kMmap), directory);
+  const Result<RunState> state = run_state(parts.store->state(), directory);
+  if (!state.ok()) return state.status();
+  ATRIUM_RETURN_IF_ERROR(files.verify_all(state->sums));
+  if (files.exists(RunFile::kSummary)) {
+    Result<std::string> text = files.read(RunFile::kSummary);
     if (!text.ok()) return text.status();
     parts.summary = std::move(text).value();
   }

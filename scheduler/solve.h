@@ -12,6 +12,8 @@
 
 namespace atrium {
 
+class Disk;
+
 struct SolveOptions {
   ImportOptions scene;
   std::string run_directory;
@@ -30,6 +32,12 @@ struct SolveOptions {
   int threads = 0;  // 0: all
   std::string reference;  // points with known irradiance; empty: none
   std::vector<std::string> force;
+  std::string io = "mmap";        // mmap, direct
+  double checkpoint_every = 600;  // s
+  std::string trace;              // the store's accesses are recorded here; empty: nowhere
+  // From here on nothing that repeats a run.
+  bool recover = false;  // where the newest root does not verify, go on from the older one
+  Disk* disk = nullptr;  // nullptr: the machine's own
 };
 
 // A line of history.jsonl, figures of that iteration.
@@ -49,8 +57,8 @@ struct LeftOut {
   std::string feature, why;
 };
 
-struct SolveSummary {
-  std::vector<std::string> scene;
+// The figures of a summary; they are part of a checkpoint's state.
+struct SolveFigures {
   std::uint64_t patches = 0, clusters = 0, cells = 0, portals = 0, lights = 0;
   std::uint64_t iterations = 0, elements = 0, links = 0;
   std::uint64_t max_working_set_bytes = 0, max_working_set_links = 0, max_working_set_elements = 0;
@@ -61,11 +69,16 @@ struct SolveSummary {
   double solver_seconds = 0, io_seconds = 0, stall_seconds = 0, total_seconds = 0;
   double residual = 0;
   double error_true = -1;  // -1: no reference
+  std::uint64_t peak_rss_bytes = 0;
+  std::uint64_t checkpoints = 0, resumes = 0;
+};
+
+struct SolveSummary : SolveFigures {
+  std::vector<std::string> scene;
   std::string stop_reason;
   int exit_code = 0;
   std::vector<LeftOut> left_out;
   int threads = 0;
-  std::uint64_t peak_rss_bytes = 0;
 };
 
 // What solve would do with a scene; also the first thing it does.
@@ -94,6 +107,8 @@ Result<Plan> plan(const SolveOptions& options);
 // Asks a running solve to finish its cluster, checkpoint and return with exit code 75. Safe in a
 // signal handler.
 void request_stop();
+// Asks it to checkpoint and go on. Likewise.
+void request_checkpoint();
 
 // Errors: kUsage (options, budget too small), kScene, kStore. A limit that was reached is no error:
 // exit_code 5 in the summary, the result kept.

@@ -21,7 +21,7 @@ bool run_until_power_goes(SimulatedDisk& disk, SimulatedRun& run, std::uint64_t 
 
 // Opens what the crash left and checks it; the run goes on with it.
 void recover(SimulatedDisk& disk, SimulatedRun& run) {
-  auto opened = ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kReadWrite);
+  auto opened = ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kRecover);
   if (!opened.ok()) {  // only a store that was never finished may be missing, and is made anew
     ASSERT_FALSE(run.kept.has_value()) << opened.status().message();
     ASSERT_OK(run.create());
@@ -88,7 +88,7 @@ TEST(Crash, WhatCreateReturnedIsDurableThoughAnEarlierAttemptWasCutShort) {
       run.close();
       disk.lose_power_and_restart(tearing + 1);
       EXPECT_TRUE(
-          ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kReadWrite).ok());
+          ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kRecover).ok());
     }
 }
 
@@ -112,7 +112,7 @@ TEST(Crash, TheOlderRootIsWholeAtEveryCall) {
     run.close();
     auto& roots = disk.files["run/roots"];
     roots.now[(newest & 1) * kGranule + 100] ^= std::byte{1};
-    auto opened = ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kReadWrite);
+    auto opened = ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kRecover);
     ASSERT_TRUE(opened.ok()) << opened.status().message();
     EXPECT_FALSE((*opened)->recovery_note().ok());
     EXPECT_EQ(snapshot_of(**opened), *before);

@@ -146,7 +146,7 @@ TEST_F(DamageTest, TwoFaultyRootsAreAnErrorAndNothingIsWritten) {
   make_two_epochs();
   flip(roots(), 40);
   flip(roots(), kGranule + 40);
-  const auto store = ClusterStore::open(dir_, arena_of(16), OpenMode::kReadWrite);
+  const auto store = ClusterStore::open(dir_, arena_of(16), OpenMode::kRecover);
   ASSERT_FALSE(store.ok());
   EXPECT_EQ(store.status().code(), Code::kStore);
   EXPECT_EQ(store.status().file(), roots());

@@ -41,7 +41,7 @@ TEST(DiskFault, AfterAnyOneFailureTheLastCheckpointIsThere) {
     }
     for (int i = 0; i < kSteps; ++i) static_cast<void>(run.step());
     run.close();
-    auto opened = ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kReadWrite);
+    auto opened = ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kRecover);
     ASSERT_TRUE(opened.ok()) << opened.status().message();
     ASSERT_TRUE(run.may_hold(snapshot_of(**opened)));
     ASSERT_OK((*opened)->verify_all());

@@ -1,0 +1,62 @@
+// RunState: what a checkpoint holds beside the records, so that a solve goes on as if it had never
+// been stopped: where in the iteration it stands, the sums of the sweep it is in, what the summary
+// has counted, and the sums of the run's texts. Taken between two gathers. Plain bytes, as the page
+// store's state.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "engine/status.h"
+#include "pagestore/cluster_store.h"
+#include "scheduler/gather_cluster.h"
+#include "scheduler/run_files.h"
+#include "scheduler/solve.h"
+
+namespace atrium {
+
+// Where the iteration stands.
+struct Cursor {
+  std::uint64_t iteration = 0;  // complete gathers to all clusters
+  std::uint32_t level = 0;
+  std::uint32_t sweep = 0;      // in this level
+  double mean_irradiance = 0;   // lx
+  double mean_radiosity = 0;    // lm/m²
+  double last_change = 0;
+  std::uint32_t done = 0;       // 1: converged
+  std::uint32_t stalled = 0;    // sweeps in a row whose change did not fall
+  double least_change = 0;      // of this level
+};
+
+// Sums over an iteration.
+struct Sweep {
+  PushPullSums sums;
+  RefineCounters refined;
+  std::uint64_t gathered = 0, elements = 0, links = 0;
+  std::uint64_t working_set_bytes = 0, working_set_links = 0, working_set_elements = 0;
+  std::uint64_t total_bytes = 0;
+  double solver_seconds = 0;
+
+  void add(const GatherReport& r);
+};
+
+inline constexpr std::uint32_t kRunStateVersion = 2;  // one more with every change of RunState
+
+struct RunState {
+  std::uint32_t version = kRunStateVersion;
+  std::uint32_t begun = 0;       // 1: the first records are there
+  std::uint64_t model_hash = 0;  // of the model record
+  Cursor cursor;
+  Sweep sweep;
+  SolveFigures figures;
+  StoreCounters counters, sweep_began;  // over all processes; at the sweep's begin
+  double seconds = 0, cpu_seconds = 0;
+  RunSums sums;
+};
+
+std::span<const std::byte> to_bytes(const RunState& state);
+// kStore: not a state of this version of the program.
+Result<RunState> run_state(std::span<const std::byte> bytes, const std::string& directory);
+
+}  // namespace atrium
