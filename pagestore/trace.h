@@ -1,16 +1,17 @@
-// Trace: what was asked of a store, in order: the one thing that simulation, miss curves, bounds and
-// replay work on. It comes from a file (pagestore/trace_file.h) or from a test.
+// Trace: what was asked of a store, in order: the one thing that simulation, miss curves, bounds
+// and replay work on. It comes from a file (pagestore/trace_file.h) or from a test.
 //
-// Two kinds. A trace of ours pins: a record is read, perhaps dirtied, and released, between marks of
-// gathers, iterations and checkpoints; sizes are charged to the arena as the store charges them. A
-// trace from elsewhere has requests only, each of them released at once, and its sizes are charged
-// as they stand.
-// Plain data.
+// Two kinds. A trace of ours pins: a record is read, perhaps dirtied, and released, between marks
+// of gathers, iterations and checkpoints; sizes are charged to the arena as the store charges them.
+// A trace from elsewhere has requests only, each of them released at once, and its sizes are
+// charged as they stand. Plain data.
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
+#include "engine/status.h"
 #include "pagestore/policy.h"
 
 namespace atrium {
@@ -38,12 +39,12 @@ struct TraceEvent {
 };
 
 struct Trace {
-  bool pins = false;                  // ours: kRead, kDirty, kRelease, kCreate and marks; else kGet, kPut
-  std::vector<std::uint64_t> ids;     // by record number: what the trace calls it
-  std::vector<std::uint64_t> sizes;   // by record number: payload bytes when the trace begins; of
-                                      // records created in it, and of traces without pins: 0
+  bool pins = false;  // ours: kRead, kDirty, kRelease, kCreate and marks; else kGet, kPut
+  std::vector<std::uint64_t> ids;    // by record number: what the trace calls it
+  std::vector<std::uint64_t> sizes;  // by record number: payload bytes when the trace begins; of
+                                     // records created in it, and of traces without pins: 0
   std::vector<TraceEvent> events;
-  std::vector<std::uint32_t> times;   // of traces without pins: seconds, an event; else empty
+  std::vector<std::uint32_t> times;  // of traces without pins: seconds, an event; else empty
 };
 
 // Bytes of the arena that a record takes: in a trace of ours header and whole granules, else as is;
@@ -52,19 +53,25 @@ std::uint64_t arena_charge(const Trace& trace, std::uint64_t payload_bytes, bool
 
 std::uint64_t request_count(const Trace& trace);
 
+// Can this have been asked of a store? kUsage, naming the event, if it is of a record without a
+// number, of the other kind of trace, if it dirties or releases what is not pinned, or creates what
+// is there. What follows here, and simulation, holds for sound traces.
+Status check_trace(const Trace& trace);
+
 // For each request, by its number from 0: the number of its record's next request, kNeverAgain if
 // there is none.
 inline constexpr std::uint64_t kNeverAgain = ~std::uint64_t{0};
 std::vector<std::uint64_t> next_requests(const Trace& trace);
 
-// The smallest arena that holds, at every moment, what is pinned: of a trace without pins, its
-// largest record.
+// The smallest arena that holds, at every moment, what is pinned and what is just being created: of
+// a trace without pins, its largest record.
 std::uint64_t smallest_feasible_arena(const Trace& trace, bool unit_size);
 
 // The recorded gathers in another order, within each iteration; the requests stay the same in kind
-// and number. Orders: recorded, reverse, model (by receiver), random, nearest (each next gather the
-// one whose records overlap most with the last one's). kUsage: no such order, or a trace without
-// gathers.
+// and number, and sizes follow the new order. What is between an iteration's gathers, checkpoints
+// for one, stays between the same two places. Orders: recorded, reverse, model (by the receiver's
+// id), random, nearest (each next gather the one that has most records in common with the last
+// one). kUsage: no such order, a trace without gathers, or gathers that cannot be parted.
 std::vector<std::string> reorder_names();
 Result<Trace> reorder(const Trace& trace, const std::string& order, std::uint64_t seed);
 
