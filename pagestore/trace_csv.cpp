@@ -167,7 +167,7 @@ class CsvReader {
       split(line, fields_);
       ATRIUM_RETURN_IF_ERROR(take_line());
     }
-    if (!started_) return wrong("it has no lines", kColumnsRemedy);
+    if (!started_) return Status(Code::kUsage, file_, "line 1", "it is empty", kColumnsRemedy);
     return std::move(trace_);
   }
 

@@ -18,12 +18,17 @@ struct OracleRequest {
 static_assert(sizeof(OracleRequest) == 24);
 
 constexpr std::int64_t kNever = -1;
+constexpr std::uint64_t kLargestSize = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kBatch = 4096;  // requests written at once
 
-Status too_long(const std::string& path, std::size_t request, std::uint64_t bytes) {
-  return Status(Code::kUsage, path, "request " + std::to_string(request + 1),
-                "its record is " + std::to_string(bytes) + " bytes long; oracle has 32 bits for it",
-                "write csv or .atr");
+Status check_sizes(const Trace& trace, const std::string& path) {
+  for (std::size_t i = 0; i < trace.events.size(); ++i)
+    if (const std::uint64_t bytes = trace.events[i].bytes; bytes > kLargestSize)
+      return Status(
+          Code::kUsage, path, "request " + std::to_string(i + 1),
+          "its record is " + std::to_string(bytes) + " bytes long; oracle has 32 bits for it",
+          "write csv or .atr");
+  return {};
 }
 
 }  // namespace
@@ -46,14 +51,13 @@ Result<Trace> decode_oracle(std::span<const std::byte> bytes, const std::string&
 }
 
 Status write_oracle(const Trace& trace, const std::string& path) {
+  ATRIUM_RETURN_IF_ERROR(check_sizes(trace, path));
   auto file = AppendFile::create(path);
   if (!file.ok()) return file.status();
   const std::vector<std::uint64_t> next = next_requests(trace);
   std::vector<OracleRequest> batch;
   for (std::size_t i = 0; i < trace.events.size(); ++i) {
     const TraceEvent& event = trace.events[i];
-    if (event.bytes > std::numeric_limits<std::uint32_t>::max())
-      return too_long(path, i, event.bytes);
     batch.push_back({.time = trace.times.empty() ? 0 : trace.times[i],
                      .id = trace.ids[event.record],
                      .size = static_cast<std::uint32_t>(event.bytes),
