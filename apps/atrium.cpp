@@ -3,8 +3,8 @@
 
 int main(int argc, char** argv) {
   const std::vector<atrium::Command> commands{
-      atrium::gen_command(),    atrium::inspect_command(),   atrium::plan_command(),
-      atrium::solve_command(),  atrium::probe_command(),     atrium::render_command(),
-      atrium::export_command(), atrium::formfactor_command()};
+      atrium::gen_command(),    atrium::inspect_command(),    atrium::plan_command(),
+      atrium::solve_command(),  atrium::probe_command(),      atrium::render_command(),
+      atrium::export_command(), atrium::formfactor_command(), atrium::trace_command()};
   return atrium::run_command_line(argc, argv, commands, atrium::version_text());
 }

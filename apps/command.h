@@ -38,6 +38,7 @@ Command probe_command();
 Command render_command();
 Command export_command();
 Command formfactor_command();
+Command trace_command();
 
 // Reads the command line, the environment and the configuration file, runs the command, and returns
 // the exit code. Prints errors as "atrium: ...".

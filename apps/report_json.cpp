@@ -29,6 +29,17 @@ Json left_out_json(const std::vector<LeftOut>& left_out) {
   return rows;
 }
 
+// Counts of an arena that is too small are null.
+Json simulation_row(const Simulation& s) {
+  Json row{{"policy", s.policy}, {"arena", s.arena}};
+  for (const NamedCount& c : kSimulationCounts)
+    row[c.name] = s.feasible ? Json(s.*c.count) : Json();
+  row["min_feasible_arena"] = s.min_feasible_arena;
+  row["seconds"] = s.feasible ? Json(s.seconds) : Json();
+  row["feasible"] = s.feasible;
+  return row;
+}
+
 }  // namespace
 
 std::string generated_json(const std::string& file, std::uint64_t clusters, std::uint64_t patches,
@@ -132,6 +143,63 @@ std::string picture_json(const std::string& file, int width, int height,
 std::string export_json(const std::string& file, std::uint64_t bytes, std::uint64_t vertices,
                         std::uint64_t faces) {
   return document({{"file", file}, {"bytes", bytes}, {"vertices", vertices}, {"faces", faces}});
+}
+
+std::string trace_info_json(const TraceInfo& i) {
+  return document({{"file", i.file},
+                   {"format", i.format},
+                   {"pins", i.pins},
+                   {"complete", i.complete},
+                   {"left_over", i.left_over},
+                   {"requests", i.requests},
+                   {"records", i.records},
+                   {"bytes", i.bytes},
+                   {"unique_bytes", i.unique_bytes},
+                   {"dirties", i.dirties},
+                   {"creates", i.creates},
+                   {"gathers", i.gathers},
+                   {"iterations", i.iterations},
+                   {"checkpoints", i.checkpoints},
+                   {"grown_records", i.grown_records},
+                   {"growth", i.growth},
+                   {"smallest_arena", i.smallest_arena}});
+}
+
+std::string conversion_json(const std::string& file, const std::string& format,
+                            std::uint64_t requests, const std::vector<std::string>& lost) {
+  return document({{"file", file}, {"format", format}, {"requests", requests}, {"lost", lost}});
+}
+
+std::string simulation_json(const SimulationTable& table) {
+  Json rows = Json::array(), bounds = Json::array();
+  for (const Simulation& s : table.rows) rows.push_back(simulation_row(s));
+  for (const std::optional<double>& b : table.bounds) bounds.push_back(b ? Json(*b) : Json());
+  return document({{"rows", rows}, {"lower_bound_misses", bounds}, {"unit_size", table.unit_size}});
+}
+
+std::string curve_json(const MissCurve& curve) {
+  Json points = Json::array();
+  for (const CurvePoint& p : curve.points)
+    points.push_back({{"arena", p.arena},
+                      {"misses", p.misses},
+                      {"miss_ratio", miss_ratio(p.misses, curve.requests)},
+                      {"miss_bytes", p.miss_bytes},
+                      {"writebacks", p.writebacks},
+                      {"writeback_bytes", p.writeback_bytes},
+                      {"final_flush", p.final_flush}});
+  return document({{"policy", curve.policy},
+                   {"requests", curve.requests},
+                   {"smallest_arena", curve.smallest_arena},
+                   {"sample", curve.sample},
+                   {"points", points}});
+}
+
+std::string replay_json(const Simulation& simulated, const Replay& replayed) {
+  return document({{"simulated", simulation_row(simulated)},
+                   {"replayed", simulation_row(replayed.counts)},
+                   {"differ", differing_counts(simulated, replayed.counts)},
+                   {"fragmentation_evictions", replayed.fragmentation_evictions},
+                   {"io_seconds", replayed.io_seconds}});
 }
 
 }  // namespace atrium

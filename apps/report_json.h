@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/points.h"
+#include "apps/trace_report.h"
 #include "engine/import/inspect.h"
 #include "engine/model.h"
 #include "scheduler/solve.h"
@@ -30,5 +31,11 @@ std::string picture_json(const std::string& file, int width, int height,
                          std::optional<double> exposure_ev);
 std::string export_json(const std::string& file, std::uint64_t bytes, std::uint64_t vertices,
                         std::uint64_t faces);
+std::string trace_info_json(const TraceInfo& info);
+std::string conversion_json(const std::string& file, const std::string& format,
+                            std::uint64_t requests, const std::vector<std::string>& lost);
+std::string simulation_json(const SimulationTable& table);
+std::string curve_json(const MissCurve& curve);
+std::string replay_json(const Simulation& simulated, const Replay& replayed);
 
 }  // namespace atrium

@@ -15,7 +15,7 @@ TEST(CommandLine, HelpAndVersionEndWithZero) {
   const Ended help = run({"--help"});
   EXPECT_EQ(help.code, 0);
   for (const char* command :
-       {"gen", "inspect", "plan", "solve", "probe", "render", "export", "formfactor"})
+       {"gen", "inspect", "plan", "solve", "probe", "render", "export", "formfactor", "trace"})
     EXPECT_NE(help.out.find(std::string("  ") + command + " "), std::string::npos) << command;
   const Ended version = run({"--version"});
   EXPECT_EQ(version.code, 0);
