@@ -1,11 +1,13 @@
 // The least misses that any policy can have, for any foresight: FOO. Each pair of consecutive
-// requests for a record is an interval of time over which it may be kept, wholly or in part; what is
-// kept at one time fits into the arena. The best such packing is a minimum cost flow along the line
-// of requests. [Berger, Beckmann, Harchol-Balter, "Practical Bounds on Optimal Caching with Variable
-// Object Sizes", SIGMETRICS 2018]
+// requests for a record is an interval of time over which it may be kept, wholly or in part; what
+// is kept at one time fits into the arena. The best such packing is a minimum cost flow along the
+// line of requests. [Berger, Beckmann, Harchol-Balter, "Practical Bounds on Optimal Caching with
+// Variable Object Sizes", SIGMETRICS 2018]
 //
-// Holds for traces with pins as well: pins, forced admission and growth only take freedom away, and
-// an interval is charged the smallest size that the record has in it.
+// Holds for traces with pins as well: pins and forced admission only take freedom away, and the
+// interval of a record that changes its size begins with its last change. A record created in the
+// trace may be kept from then on. Records larger than the arena are not kept, not even in part.
+// Pure function; safe from any thread.
 #pragma once
 
 #include <cstdint>

@@ -1,0 +1,21 @@
+// Interval packing: which intervals of a line, each as wide as its bytes, to keep so that those
+// over one place never exceed a capacity; parts of an interval may be kept. It is the heart of the
+// lower bound (pagestore/lower_bound.h). Pure functions; safe from any thread.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace atrium {
+
+struct PackedInterval {
+  std::uint32_t begin = 0,
+                end = 0;  // places of the line, begin < end: it takes room over [begin, end)
+  std::uint64_t bytes = 0;
+};
+
+// The greatest sum of kept shares, each between 0 and 1. Never below the true greatest sum but for
+// the rounding of doubles; above it by less than an interval's share in 10^6.
+double largest_packing(const std::vector<PackedInterval>& intervals, std::uint64_t capacity);
+
+}  // namespace atrium
