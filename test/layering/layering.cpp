@@ -44,6 +44,7 @@ const std::vector<Library>& libraries() {
       {"Embree", "embree", {"visibility"}},
       {"GLM", "glm/", {"engine"}},
       {"Google Test", "gtest/", {"test"}},
+      {"liburing", "liburing", {"pagestore"}},
       {"libpng", "png.h", {"apps"}},
       {"nlohmann-json", "nlohmann/", {"scheduler", "apps"}},
       {"oneTBB", "tbb/", {"visibility", "solver", "scheduler", "apps"}},

@@ -25,7 +25,7 @@ class DamageTest : public StoreTest {
   }
 
   Root newest_root() const {
-    auto file = machine_disk().open(roots(), DiskAccess::kRead).value();
+    auto file = machine_disk(Io::kMmap).open(roots(), DiskAccess::kRead).value();
     const RootSlots slots = read_roots(*file).value();
     const bool first =
         slots[0].root && (!slots[1].root || slots[0].root->epoch > slots[1].root->epoch);
@@ -35,7 +35,7 @@ class DamageTest : public StoreTest {
   // Where record i's image begins in pages.0000, by the newest root's directory.
   std::uint64_t place_of(std::uint64_t i) const {
     const Root root = newest_root();
-    auto file = machine_disk().open(pages(), DiskAccess::kRead).value();
+    auto file = machine_disk(Io::kMmap).open(pages(), DiskAccess::kRead).value();
     Bytes payload(root.directory.length);
     EXPECT_OK(file->read(root.directory.first * kGranule + sizeof(RecordHeader), payload));
     const std::vector<DirectoryEntry> entries = decode_directory(payload, pages()).value();
@@ -117,7 +117,7 @@ TEST_F(DamageTest, ABitFlippedInWhatOnlyTheOlderRootNamesIsFoundByVerification) 
   make_two_epochs();
   const Root newest = newest_root();
   const std::uint64_t older_slot = (newest.epoch - 1) & 1;
-  auto file = machine_disk().open(roots(), DiskAccess::kRead).value();
+  auto file = machine_disk(Io::kMmap).open(roots(), DiskAccess::kRead).value();
   const Root older = *read_roots(*file).value()[older_slot].root;
   flip(pages(), older.state.first * kGranule + sizeof(RecordHeader));
   expect_fault_at("directory 1");

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "pagestore/disk.h"
+#include "pagestore/read_queue.h"
 
 namespace atrium {
 
@@ -73,7 +74,7 @@ class SimulatedDisk final : public Disk {
   }
 
   // Bytes come when they are waited for.
-  std::unique_ptr<ReadQueue> read_queue(unsigned) override { return std::make_unique<Queue>(); }
+  std::unique_ptr<ReadQueue> read_queue(unsigned) override { return make_advising_queue(); }
 
   bool exists(const std::string& path) const override { return files.contains(path); }
   Status make_directory(const std::string&) override { return {}; }
@@ -116,18 +117,6 @@ class SimulatedDisk final : public Disk {
    private:
     SimulatedDisk& disk_;
     std::string path_;
-  };
-
-  class Queue final : public ReadQueue {
-   public:
-    void submit(DiskFile& file, std::uint64_t offset, std::span<std::byte> into,
-                std::uint64_t ticket) override {
-      reads_[ticket] = [&file, offset, into] { return file.read(offset, into); };
-    }
-    Status wait(std::uint64_t ticket) override { return reads_.extract(ticket).mapped()(); }
-
-   private:
-    std::map<std::uint64_t, std::function<Status()>> reads_;
   };
 
   class Handle final : public DiskFile {
