@@ -12,41 +12,44 @@ namespace atrium {
 
 namespace {
 
-// What the caller of a policy knows of the future, and when it tells: a request's record is told of
-// at once if its next request is within reach, else when that comes within reach.
+// What the caller of a policy knows of the future, and when it tells: each next request once, as
+// soon as it is at most `reach` requests after the last one begun.
 class Foresight {
  public:
-  Foresight(const Trace& trace, std::uint64_t reach) : reach_(reach) {
+  Foresight(const Trace& trace, std::uint64_t reach) {
     if (reach == 0) return;
     next_ = next_requests(trace);
+    reach_ = std::min<std::uint64_t>(reach, next_.size());
     records_.reserve(next_.size());
-    next_of_record_.resize(trace.ids.size(), kNeverAgain);
     for (const TraceEvent& event : trace.events)
       if (is_request(event.op)) records_.push_back(event.record);
+    next_of_record_.resize(trace.ids.size(), kNeverAgain);
     for (std::uint64_t request = next_.size(); request-- > 0;)
       next_of_record_[records_[request]] = request;
   }
 
-  // The record whose next request comes within reach as this request begins, if there is one.
-  std::optional<RecordNumber> coming_into_reach(std::uint64_t request) const {
-    if (reach_ >= next_.size() || request + reach_ >= next_.size()) return std::nullopt;
-    const RecordNumber record = records_[request + reach_];
-    return next_of_record_[record] == request + reach_ ? std::optional(record) : std::nullopt;
+  // Goes on to a request. Returns the record whose next request comes within reach by that, if
+  // there is one; it is not the record requested now.
+  std::optional<RecordNumber> begin(std::uint64_t request) {
+    if (reach_ == 0) return std::nullopt;
+    begun_ = request + 1;
+    next_of_record_[records_[request]] = next_[request];
+    const std::uint64_t last_seen = request + reach_;
+    if (last_seen >= next_.size()) return std::nullopt;
+    const RecordNumber record = records_[last_seen];
+    const bool news = next_of_record_[record] == last_seen && record != records_[request];
+    return news ? std::optional(record) : std::nullopt;
   }
 
-  void pass(std::uint64_t request) {
-    if (reach_ > 0) next_of_record_[records_[request]] = next_[request];
-  }
-
-  // The record's next request, seen from this request; none if out of reach, or never.
-  std::optional<std::uint64_t> next(RecordNumber record, std::uint64_t request) const {
-    if (reach_ == 0 || next_of_record_[record] == kNeverAgain) return std::nullopt;
-    const std::uint64_t when = next_of_record_[record];
-    return when - request <= reach_ ? std::optional(when) : std::nullopt;
+  // The record's next request; none if out of reach, or never.
+  std::optional<std::uint64_t> next(RecordNumber record) const {
+    if (reach_ == 0 || next_of_record_[record] >= begun_ + reach_) return std::nullopt;
+    return next_of_record_[record];
   }
 
  private:
-  std::uint64_t reach_;                        // requests ahead
+  std::uint64_t reach_ = 0;                    // requests ahead
+  std::uint64_t begun_ = 0;                    // requests
   std::vector<std::uint64_t> next_;            // by request
   std::vector<RecordNumber> records_;          // by request
   std::vector<std::uint64_t> next_of_record_;  // from here on
@@ -112,8 +115,8 @@ class Run {
   void request(const TraceEvent& event) {
     const RecordNumber r = event.record;
     Held& held = records_[r];
-    tell_of_one_coming_into_reach();
-    foresight_.pass(now_);
+    const auto in_reach = foresight_.begin(now_);
+    if (in_reach && records_[*in_reach].in_arena) foresee(*in_reach);
     if (held.in_arena) {
       ++counts_->hits;
       policy_->on_hit(r);
@@ -210,11 +213,7 @@ class Run {
   }
 
   void foresee(RecordNumber r) {
-    if (const auto when = foresight_.next(r, now_)) policy_->on_foreseen(r, *when);
-  }
-  void tell_of_one_coming_into_reach() {
-    const auto r = foresight_.coming_into_reach(now_);
-    if (r && records_[*r].in_arena) foresee(*r);
+    if (const auto when = foresight_.next(r)) policy_->on_foreseen(r, *when);
   }
 
   const Trace& trace_;

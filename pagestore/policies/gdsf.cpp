@@ -13,6 +13,8 @@ namespace atrium {
 
 namespace {
 
+constexpr double kBytesPerUnit = 1e6;  // sizes are in MB, as libCacheSim has them: it rounds alike
+
 class Gdsf final : public Policy {
  public:
   void on_insert(RecordNumber record, std::uint64_t bytes) override { known_[record] = {bytes, 1}; }
@@ -26,7 +28,7 @@ class Gdsf final : public Policy {
   void on_release(RecordNumber record) override {
     Known& known = known_[record];
     const double bytes = static_cast<double>(std::max<std::uint64_t>(known.bytes, 1));
-    known.priority = age_ + static_cast<double>(known.requests) / bytes;
+    known.priority = age_ + static_cast<double>(known.requests) * kBytesPerUnit / bytes;
     released_.insert(record, {known.priority, ++releases_});
   }
   void on_evict(RecordNumber record) override {
