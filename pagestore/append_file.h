@@ -20,7 +20,7 @@ namespace atrium {
 class AppendFile {
  public:
   // kUsage where something else than a plain file has that name: a device, a pipe, a folder.
-  static Result<AppendFile> create(const std::string& path, Disk& disk = machine_disk());
+  static Result<AppendFile> create(const std::string& path, Disk& disk = machine_disk(Io::kMmap));
 
   Status append(std::span<const std::byte> bytes);
   Status append(const std::string& text);

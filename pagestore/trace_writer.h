@@ -32,7 +32,7 @@ class TraceWriter {
  public:
   // In the place of what has that name.
   static Result<std::unique_ptr<TraceWriter>> create(const std::string& path,
-                                                     Disk& disk = machine_disk());
+                                                     Disk& disk = machine_disk(Io::kMmap));
 
   void read(RecordId id, std::uint64_t payload_bytes);   // pinned once more
   void dirty(RecordId id, std::uint64_t payload_bytes);  // so long from here on; it is pinned
