@@ -231,10 +231,9 @@ Result<int> run_replay(const TraceOptions& options, const Global& global, Consol
   if (!file.ok()) return file.status();
   const auto replaying = replay_options(options, trace_info(*file, options.words[1]));
   if (!replaying.ok()) return replaying.status();
-  const Trace trace = file->trace.pins ? file->trace : with_pins(file->trace);
-  const auto replayed = replay(trace, *replaying);
+  const auto replayed = replay(file->trace, *replaying);
   if (!replayed.ok()) return replayed.status();
-  const auto simulated = simulate(trace, replaying->policy, replaying->arena, false, options.disk);
+  const auto simulated = simulate(file->trace, replaying->policy, replaying->arena, false, options.disk);
   if (!simulated.ok()) return simulated.status();
   std::cout << (global.json ? replay_json(*simulated, *replayed)
                             : replay_text(*simulated, *replayed));

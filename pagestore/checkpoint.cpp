@@ -15,6 +15,7 @@
 #include "pagestore/page_file.h"
 #include "pagestore/policy.h"
 #include "pagestore/root.h"
+#include "pagestore/trace_writer.h"
 
 namespace atrium {
 
@@ -170,6 +171,7 @@ Status ClusterStore::checkpoint(std::span<const std::byte> state) {
     return failed_;
   }
   become(*root, state);
+  if (trace_ != nullptr) trace_->checkpoint();
   return {};
 }
 

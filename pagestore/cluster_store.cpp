@@ -10,6 +10,7 @@
 #include "pagestore/io_clock.h"
 #include "pagestore/page_file.h"
 #include "pagestore/policy.h"
+#include "pagestore/trace_writer.h"
 #include "pagestore/root.h"
 
 namespace atrium {
@@ -81,6 +82,15 @@ ClusterEdit::ClusterEdit(ClusterStore& store, StoredRecord& record)
     : store_(&store), record_(&record), id_(record.id), bytes_(store.payload_of(record)) {
   record.dirty = true;
   ++store.edits_;
+  if (store.trace_ != nullptr) store.trace_->dirty(id_, record.length);
+}
+
+Result<ClusterEdit> ClusterEdit::of(ClusterPin pin) {
+  ATRIUM_CHECK(pin.store_ != nullptr && pin.store_->writes());
+  ATRIUM_RETURN_IF_ERROR(pin.store_->claim(*pin.record_, pin.record_->granules()));
+  ClusterEdit edit(*pin.store_, *pin.record_);
+  pin.store_ = nullptr;  // its pin is the edit's now
+  return edit;
 }
 
 ClusterEdit::~ClusterEdit() {
@@ -140,14 +150,9 @@ Result<ClusterPin> ClusterStore::read(RecordId id) {
 
 Result<ClusterEdit> ClusterStore::edit(RecordId id) {
   ATRIUM_CHECK(writes());
-  auto record = pin(id);
+  Result<ClusterPin> record = read(id);
   if (!record.ok()) return record.status();
-  const Status claimed = claim(**record, (*record)->granules());
-  if (!claimed.ok()) {
-    release(**record);
-    return claimed;
-  }
-  return ClusterEdit(*this, **record);
+  return ClusterEdit::of(std::move(record).value());
 }
 
 StoredRecord& ClusterStore::add_record(StoredRecord record) {
@@ -158,22 +163,76 @@ StoredRecord& ClusterStore::add_record(StoredRecord record) {
   return added;
 }
 
+// A record as it is now, in the place of what it was; a dropped one has no length.
+StoredRecord& ClusterStore::put_record(const StoredRecord& record) {
+  const auto found = records_.find(record.id);
+  if (found == records_.end()) return add_record(record);
+  live_bytes_[kind_index(record.id)] += record.length - found->second.length;  // modulo 2^64
+  return found->second = record;
+}
+
 Result<StoredRecord*> ClusterStore::pin(RecordId id) {
   const auto found = records_.find(id);
   ATRIUM_CHECK(found != records_.end() && found->second.exists());
   StoredRecord& record = found->second;
-  if (record.resident())
+  come_into_sight();
+  if (record.resident()) {
     policy_->on_hit(record.number);
-  else
+  } else {
+    policy_->on_miss(record.number, charge_of(record.length));
     ATRIUM_RETURN_IF_ERROR(bring_in(record));
+  }
+  count_request(record);
+  return &record;
+}
+
+void ClusterStore::count_request(StoredRecord& record) {
   ++counters_.requests;
   if (record.pins++ == 0) count_pinned(charge_of(record.length));
+  if (trace_ != nullptr) trace_->read(record.id, record.length);
   look_ahead(record);
-  return &record;
+}
+
+Result<std::optional<ClusterPin>> ClusterStore::read_or_pass(RecordId id) {
+  const auto found = records_.find(id);
+  ATRIUM_CHECK(found != records_.end() && found->second.exists());
+  StoredRecord& record = found->second;
+  come_into_sight();
+  if (record.resident()) {
+    policy_->on_hit(record.number);
+  } else {
+    const std::size_t bytes = charge_of(record.length);
+    policy_->on_miss(record.number, bytes);
+    if (bytes > capacity_ || !policy_->admits(record.number, bytes)) {
+      ATRIUM_RETURN_IF_ERROR(pass(record));
+      return std::optional<ClusterPin>();
+    }
+    ATRIUM_RETURN_IF_ERROR(bring_in(record));
+  }
+  count_request(record);
+  return std::optional(ClusterPin(*this, record));
+}
+
+// A request that leaves the arena as it is.
+Status ClusterStore::pass(StoredRecord& record) {
+  if (record.coming) {
+    ATRIUM_RETURN_IF_ERROR(end_read_ahead(record));
+    arena_->free(record.slot, record.granules());
+    record.slot = kNoGranule;
+  } else {
+    const auto image = streamed_.granules(record.granules());
+    ATRIUM_RETURN_IF_ERROR(read_image(image, record.id, record.on_disk, uuid_));
+  }
+  ++counters_.reads;
+  counters_.bytes_read += record.length;
+  ++counters_.requests;
+  look_ahead(record);
+  return {};
 }
 
 void ClusterStore::release(StoredRecord& record) {
   ATRIUM_CHECK(record.pins > 0);
+  if (trace_ != nullptr) trace_->release(record.id);
   if (--record.pins > 0) return;
   pinned_bytes_ -= charge_of(record.length);
   policy_->on_release(record.number);
@@ -181,7 +240,6 @@ void ClusterStore::release(StoredRecord& record) {
 
 Status ClusterStore::bring_in(StoredRecord& record) {
   const std::size_t bytes = charge_of(record.length);
-  policy_->on_miss(record.number, bytes);
   ATRIUM_RETURN_IF_ERROR(make_room(record.id, bytes));
   if (record.coming) {
     ATRIUM_RETURN_IF_ERROR(end_read_ahead(record));
@@ -204,9 +262,11 @@ Status ClusterStore::bring_in(StoredRecord& record) {
 }
 
 Status ClusterStore::create_record(RecordId id, std::span<const std::byte> payload) {
-  ATRIUM_CHECK(writes() && !records_.contains(id));
+  ATRIUM_CHECK(writes() && !contains(id));
   ATRIUM_CHECK(kind_of(id) != RecordKind::kDirectory);
+  const auto dropped = records_.find(id);
   StoredRecord made;
+  if (dropped != records_.end()) made = dropped->second;
   made.id = id;
   made.length = payload.size();
   made.dirty = true;
@@ -221,11 +281,12 @@ Status ClusterStore::create_record(RecordId id, std::span<const std::byte> paylo
   }
   made.slot = *slot;
   std::ranges::copy(payload, payload_of(made).begin());
-  const RecordNumber number = add_record(made).number;
+  const StoredRecord& record = put_record(made);
   charge(bytes);
-  policy_->on_insert(number, bytes);
-  tell_next(*by_number_[number]);
-  policy_->on_release(number);
+  policy_->on_insert(record.number, bytes);
+  tell_next(record);
+  policy_->on_release(record.number);
+  if (trace_ != nullptr) trace_->create_record(id, payload.size());
   return {};
 }
 
@@ -328,6 +389,7 @@ Status ClusterStore::resize(StoredRecord& record, std::size_t size) {
   pinned_bytes_ -= old_bytes;
   count_pinned(bytes);
   policy_->on_resize(record.number, bytes);
+  if (trace_ != nullptr) trace_->dirty(record.id, size);
   return {};
 }
 

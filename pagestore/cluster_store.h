@@ -37,6 +37,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -54,6 +55,7 @@ namespace atrium {
 class Arena;
 class ClusterStore;
 class PageFile;
+class TraceWriter;
 struct Root;
 
 struct StoreOptions {
@@ -113,6 +115,7 @@ class [[nodiscard]] ClusterPin {
 
  private:
   friend class ClusterStore;
+  friend class ClusterEdit;
   ClusterPin(ClusterStore& store, StoredRecord& record);
   void swap(ClusterPin& other) noexcept;
 
@@ -135,6 +138,9 @@ class [[nodiscard]] ClusterEdit {
 
   RecordId id() const { return id_; }
   std::span<std::byte> bytes() const { return bytes_; }  // 64-byte aligned
+
+  // The pin's record to be changed after all: no further request.
+  static Result<ClusterEdit> of(ClusterPin pin);
 
   // Makes the record `size` bytes long: what it held is kept, what is new is zero. May move it and
   // evict others; spans from bytes() before are void. This must be the only pin on the record.
@@ -169,8 +175,12 @@ class ClusterStore {
   ClusterStore& operator=(const ClusterStore&) = delete;
 
   Result<ClusterPin> read(RecordId id);
+  // As read(), for requests of other caches' traces: what is larger than the arena, or what the
+  // policy had rather not have, is counted as read but read past the arena; no pin then.
+  Result<std::optional<ClusterPin>> read_or_pass(RecordId id);
   Result<ClusterEdit> edit(RecordId id);                                  // not kReadOnly
   Status create_record(RecordId id, std::span<const std::byte> payload);  // not kReadOnly
+  bool in_arena(RecordId id) const { return records_.at(id).resident(); }
   bool contains(RecordId id) const {
     const auto found = records_.find(id);
     return found != records_.end() && found->second.exists();
@@ -183,6 +193,9 @@ class ClusterStore {
   void foresee(std::span<const RecordId> ids);
   void forget_foreseen();  // the next requests are others
   std::uint64_t foreseen() const { return foresight_.end() - foresight_.now(); }  // still to come
+
+  // From now on all that is asked of the store is told to this writer, too; nothing may be pinned.
+  void record_to(TraceWriter* trace) { trace_ = trace; }
 
   // Past the arena, for what is made once and read once a pass: no request, never cached, counted
   // apart. The record must not be in the arena. What stream_in returns holds until the next call of
@@ -236,9 +249,12 @@ class ClusterStore {
 
   // Records in the arena: cluster_store.cpp
   StoredRecord& add_record(StoredRecord record);
+  StoredRecord& put_record(const StoredRecord& record);
   Result<StoredRecord*> pin(RecordId id);
   void release(StoredRecord& record);
+  void count_request(StoredRecord& record);
   Status bring_in(StoredRecord& record);
+  Status pass(StoredRecord& record);
   Status fits(RecordId id, std::size_t bytes, std::size_t own_bytes) const;
   Status make_room(RecordId id, std::size_t bytes);
   Result<std::uint64_t> find_slot(RecordId id, std::uint64_t granules);
@@ -254,6 +270,7 @@ class ClusterStore {
 
   // What is known of the requests to come: look_ahead.cpp
   void look_ahead(const StoredRecord& requested);
+  void come_into_sight();
   bool in_sight(std::uint64_t number) const;
   void tell_next(const StoredRecord& record);
   void read_ahead();
@@ -300,6 +317,7 @@ class ClusterStore {
   std::unique_ptr<Policy> policy_;
   PolicyChoice choice_;
   Foresight foresight_;
+  TraceWriter* trace_ = nullptr;
   std::uint64_t scanned_ = 0;        // requests before this one are in the arena, coming, or tried
   std::size_t coming_bytes_ = 0;     // of the arena's memory: being read ahead of their requests
   StoreUuid uuid_{};

@@ -150,24 +150,18 @@ Status ClusterStore::stream_out(RecordId id, std::span<const std::byte> payload)
   ++replaced.version;
   ++counters_.streamed_writes;
   counters_.streamed_bytes_written += payload.size();
-  if (found == records_.end()) {
-    replaced.length = payload.size();
-    add_record(replaced);
-    return {};
-  }
-  live_bytes_[static_cast<std::size_t>(kind_of(id))] += payload.size() - replaced.length;
   replaced.length = payload.size();
-  found->second = replaced;
+  put_record(replaced);
   return {};
 }
 
 void ClusterStore::drop_streamed(RecordId id) {
-  StoredRecord& record = records_.at(id);
-  ATRIUM_CHECK(record.slot == kNoGranule && record.exists());
-  leave_extent(record.on_disk);
-  record.on_disk = {};
-  live_bytes_[static_cast<std::size_t>(kind_of(id))] -= record.length;
-  record.length = 0;
+  StoredRecord dropped = records_.at(id);
+  ATRIUM_CHECK(dropped.slot == kNoGranule && dropped.exists());
+  leave_extent(dropped.on_disk);
+  dropped.on_disk = {};
+  dropped.length = 0;
+  put_record(dropped);
 }
 
 }  // namespace atrium

@@ -28,16 +28,20 @@ void ClusterStore::forget_foreseen() {
 void ClusterStore::look_ahead(const StoredRecord& requested) {
   foresight_.advance(requested.number);
   tell_next(requested);
-  // One more request has come into sight: its record's next, unless an earlier one is.
-  const std::uint64_t farthest = foresight_.now() + choice_.foresight - 1;
-  if (choice_.foresight > 0 && choice_.foresight <= foreseen()) {
-    const StoredRecord& seen = *by_number_[foresight_.at(farthest)];
-    if (&seen != &requested && foresight_.next_of(seen.number) == farthest) tell_next(seen);
-  }
   read_ahead();
 }
 
-// May the policy know of this request yet?
+// A request begins, and with it one more comes into sight: its record's next, unless an earlier
+// one is.
+void ClusterStore::come_into_sight() {
+  if (choice_.foresight == 0 || choice_.foresight >= foreseen()) return;
+  const std::uint64_t farthest = foresight_.now() + choice_.foresight;
+  const StoredRecord& seen = *by_number_[foresight_.at(farthest)];
+  if (seen.resident() && foresight_.next_of(seen.number) == farthest)
+    policy_->on_foreseen(seen.number, farthest);
+}
+
+// Between two requests: may the policy know of this one yet?
 bool ClusterStore::in_sight(std::uint64_t number) const {
   return number != kNeverAgain && number - foresight_.now() < choice_.foresight;
 }
@@ -56,7 +60,7 @@ void ClusterStore::read_ahead() {
 // False where there is no room for it, or enough under way: to be tried again later.
 bool ClusterStore::read_one_ahead(StoredRecord& record) {
   const std::size_t bytes = arena_cost(record.length), most = read_ahead_bytes(capacity_);
-  if (record.slot != kNoGranule || bytes > most) return true;
+  if (record.slot != kNoGranule || !record.exists() || bytes > most) return true;
   if (coming_bytes_ + bytes > most) return false;
   const auto slot = arena_->allocate(record.granules());
   if (!slot) return false;

@@ -1,5 +1,5 @@
 // Replay: a trace driven against a real store on disk, in real seconds. Every record brought in is
-// compared with what was last written to it.
+// compared, byte by byte, with what was last written to it; that is not counted as time.
 #pragma once
 
 #include <cstdint>
