@@ -129,7 +129,7 @@ Status no_such_order(const std::string& name) {
   return Status(Code::kUsage, "order", name, "there is no such order", "one of: " + known);
 }
 
-// Payload bytes of reads, releases and creations as the sequence of events makes them.
+// Payload bytes of reads and releases, as the dirtying and creating before them makes them.
 void follow_sizes(Trace& trace) {
   std::vector<std::uint64_t> payload = trace.sizes;
   for (TraceEvent& event : trace.events) {
@@ -145,9 +145,8 @@ void append_reordered(const Trace& trace, std::span<const Gather> gathers, const
                       std::vector<TraceEvent>& events) {
   for (std::size_t i = 0; i < gathers.size(); ++i) {
     if (i > 0) {
-      const Gather between{gathers[i - 1].last, gathers[i].first};
-      events.insert(events.end(), events_of(trace, between).begin(),
-                    events_of(trace, between).end());
+      const auto between = events_of(trace, {gathers[i - 1].last, gathers[i].first});
+      events.insert(events.end(), between.begin(), between.end());
     }
     const auto gather = events_of(trace, gathers[sequence[i]]);
     events.insert(events.end(), gather.begin(), gather.end());

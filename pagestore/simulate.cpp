@@ -73,9 +73,8 @@ class Run {
 
   void count_into(Simulation& counts) {
     counts_ = &counts;
-    const auto& events = trace_.events;
     std::size_t left = request_count(trace_);
-    for (const TraceEvent& event : events) {
+    for (const TraceEvent& event : trace_.events) {
       left -= is_request(event.op) ? 1 : 0;
       if (event.op == TraceOp::kCheckpoint)
         checkpoint(left > 0);

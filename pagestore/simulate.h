@@ -4,9 +4,11 @@
 // Rules. A request for a record in the arena is a hit, any other a miss. A miss brings the record
 // in: while what is there and what is coming exceed the arena, the policy's victim leaves, written
 // back first if it is dirty. Pinned records are charged and stay. A record that grows is charged
-// when it is dirtied, others leaving for it. Of a trace without pins: a record larger than the arena,
-// or not admitted by the policy, is a miss that changes nothing, and the size of a record in the
-// arena stays that of the request that brought it in.
+// when it is dirtied, others leaving for it; one that is created comes in dirty and is no request.
+// Of a trace without pins: a record larger than the arena, or not admitted by the policy, is a miss
+// that changes nothing, and the size of a record in the arena stays that of the request that
+// brought it in. A policy with foresight is told of a next request as soon as that is within its
+// reach of the last request begun, before room is made for that one.
 // Pure functions; safe from any thread.
 #pragma once
 
@@ -38,7 +40,7 @@ struct Simulation {
   double seconds = 0;  // modelled
 };
 
-// kUsage: no such policy.
+// kUsage: no such policy, or a trace that is not sound (check_trace).
 Result<Simulation> simulate(const Trace& trace, const std::string& policy, std::uint64_t arena,
                             bool unit_size = false, const DiskModel& disk = {});
 

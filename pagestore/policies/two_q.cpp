@@ -2,7 +2,8 @@
 // which remembers names only; requested while there, it comes into Am, least recently released
 // first out. Hits in A1in change nothing. [Johnson, Shasha, "2Q: A Low Overhead High Performance
 // Buffer Management Replacement Algorithm", VLDB 1994, with its Kin = 1/4 and Kout = 1/2] All
-// shares are in bytes.
+// shares are in bytes. Am has no bound of its own, as in the paper; libCacheSim's gives a record up
+// when it alone passes three quarters, which shows only where records are large for the arena.
 #include "pagestore/policies/ghosts.h"
 #include "pagestore/policies/policies.h"
 #include "pagestore/policies/queue.h"
