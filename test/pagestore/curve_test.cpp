@@ -173,13 +173,13 @@ TEST(LruCurve, RandomPinnedTracesAtEveryArenaLikeOneArenaAfterTheOther) {
   EXPECT_GT(compared, 20000);
 }
 
-// Stamps run out some thirty times, and the tree of their sums has three levels.
+// Stamps run out some sixty times, and the tree of their sums has three levels.
 TEST(LruCurve, ManyRecordsOverLongLikeOneArena) {
   constexpr std::size_t kRecords = 3000;
   Random random(3);
   Trace trace = random_plain_trace(random, kRecords, 60 * kRecords);
-  // Near the end of the curve where it is steep: an LRU of unit sizes over uniform requests hits
-  // with probability arena / records.
+  // Once warm, an LRU of unit sizes under uniform requests hits with probability arena / records;
+  // warming up costs at most a miss a record.
   const MissCurve curve = lru_curve(trace, true);
   for (const double share : {0.1, 0.5, 0.9}) {
     const double arena = share * kRecords;
