@@ -76,6 +76,7 @@ class LruPass {
         records_(trace.ids.size()),
         recency_(trace.ids.size()) {
     for (std::size_t i = 0; i < records_.size(); ++i) records_[i].payload = trace.sizes[i];
+    changes_.reserve(trace.events.size());  // what is not used is never touched
   }
 
   MissCurve run();
