@@ -5,7 +5,8 @@
 // record is written back at C iff L <= C < distance, where L, its dirty level, is 0 when it is
 // dirtied and max(L, distance) at each reload. [Mattson, Gecsei, Slutz, Traiger 1970; Thompson,
 // Smith, TOCS 1989] Exact for arenas that hold the largest record and all that is pinned, and for
-// records that do not shrink while they are in the arena.
+// records that do not shrink while they are in the arena; in traces without pins, for records that
+// keep their size.
 //
 // Other policies are no stacks: they are simulated in miniature, on the records that a hash draws,
 // in arenas scaled alike. [Waldspurger et al., FAST 15 and ATC 17]
@@ -42,8 +43,9 @@ struct MissCurve {
 MissCurve lru_curve(const Trace& trace, bool unit_size = false);
 
 // An estimate from a share `sample` of the records: misses and bytes are scaled up to the whole
-// trace. LRU in one pass; other policies in `arenas` sizes, spread evenly in the logarithm. kUsage:
-// no such policy, or a trace with pins.
+// trace, and so is the smallest arena, as the largest record has to fit into the sample's. LRU in
+// one pass; other policies in `arenas` sizes, spread evenly in the logarithm. kUsage: no such
+// policy, a trace with pins, no share, or one too small to draw a single record.
 Result<MissCurve> sampled_curve(const Trace& trace, const std::string& policy, double sample,
                                 bool unit_size = false, int arenas = 32);
 

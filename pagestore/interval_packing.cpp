@@ -142,7 +142,8 @@ class Line {
   std::int64_t scale_;
 };
 
-// The finest unit in which prices, which are sums of at most one cost a place, do not overflow.
+// Costs are whole multiples of 1 / scale: the finest unit in which prices, which are sums of at
+// most one cost a place, do not overflow.
 std::int64_t cost_scale(const std::vector<PackedInterval>& intervals, Place places) {
   std::uint64_t smallest = std::numeric_limits<std::uint64_t>::max();
   for (const PackedInterval& interval : intervals) smallest = std::min(smallest, interval.bytes);
@@ -381,6 +382,7 @@ Place contract(std::vector<PackedInterval>& intervals) {
 
 double largest_packing(const std::vector<PackedInterval>& intervals, std::uint64_t capacity) {
   std::vector<PackedInterval> packed;
+  std::uint64_t bytes = 0;
   double free_of_charge = 0;
   for (const PackedInterval& interval : intervals) {
     ATRIUM_CHECK(interval.begin < interval.end);
@@ -388,11 +390,12 @@ double largest_packing(const std::vector<PackedInterval>& intervals, std::uint64
       ++free_of_charge;
     } else if (interval.bytes <= capacity) {
       packed.push_back(interval);
+      bytes += interval.bytes;
     }
   }
   if (packed.empty()) return free_of_charge;
   const Place places = contract(packed);
-  Line line(packed, places, static_cast<std::int64_t>(capacity));
+  Line line(packed, places, static_cast<std::int64_t>(std::min(capacity, bytes)));
   line.solve();
   return free_of_charge + line.kept();
 }

@@ -14,8 +14,8 @@ struct PackedInterval {
   std::uint64_t bytes = 0;
 };
 
-// The greatest sum of kept shares, each between 0 and 1. Never below the true greatest sum but for
-// the rounding of doubles; above it by less than an interval's share in 10^6.
+// The greatest sum of kept shares, each between 0 and 1. An interval counts for 1 or a little more:
+// by no more than places * its bytes / the fewest bytes of an interval / 2^60.
 double largest_packing(const std::vector<PackedInterval>& intervals, std::uint64_t capacity);
 
 }  // namespace atrium
