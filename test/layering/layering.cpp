@@ -45,6 +45,7 @@ const std::vector<Library>& libraries() {
       {"GLM", "glm/", {"engine"}},
       {"Google Test", "gtest/", {"test"}},
       {"liburing", "liburing", {"pagestore"}},
+      {"LMDB", "lmdb.h", {"bench"}},
       {"libpng", "png.h", {"apps"}},
       {"nlohmann-json", "nlohmann/", {"scheduler", "apps"}},
       {"oneTBB", "tbb/", {"visibility", "solver", "scheduler", "apps"}},
@@ -53,8 +54,9 @@ const std::vector<Library>& libraries() {
       {"OpenEXR", "OpenEXR/", {"apps"}},
       {"OpenMesh", "OpenMesh/", {"engine"}},
       {"tinygltf", "tiny_gltf", {"engine", "apps"}},
+      {"RocksDB", "rocksdb/", {"bench"}},
       {"toml++", "toml++/", {"engine", "apps"}},
-      {"xxHash", "xxhash", {"pagestore"}},
+      {"xxHash", "xxhash", {"pagestore", "bench"}},
   };
   return kLibraries;
 }
