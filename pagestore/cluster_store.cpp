@@ -312,9 +312,8 @@ Status ClusterStore::make_room(RecordId id, std::size_t bytes) {
 Result<std::uint64_t> ClusterStore::find_slot(RecordId id, std::uint64_t granules) {
   for (;;) {
     if (const auto slot = arena_->allocate(granules)) return *slot;
-    if (compact(nullptr))
-      if (const auto slot = arena_->allocate(granules)) return *slot;
-    ATRIUM_RETURN_IF_ERROR(evict_for_a_hole(id, granules));
+    if (!compact(nullptr) && !give_up_reads())
+      ATRIUM_RETURN_IF_ERROR(evict_for_a_hole(id, granules));
   }
 }
 
@@ -377,7 +376,8 @@ Status ClusterStore::resize(StoredRecord& record, std::size_t size) {
   while (resident_bytes_ - old_bytes + bytes > capacity_) ATRIUM_RETURN_IF_ERROR(evict_one());
   auto slot = arena_->resize(record.slot, old_granules, granules);
   while (!slot) {
-    if (!compact(&record)) ATRIUM_RETURN_IF_ERROR(evict_for_a_hole(record.id, granules));
+    if (!compact(&record) && !give_up_reads())
+      ATRIUM_RETURN_IF_ERROR(evict_for_a_hole(record.id, granules));
     slot = arena_->resize(record.slot, old_granules, granules);
   }
   record.slot = *slot;

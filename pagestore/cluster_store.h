@@ -276,6 +276,7 @@ class ClusterStore {
   void read_ahead();
   bool read_one_ahead(StoredRecord& record);
   Status end_read_ahead(StoredRecord& record);
+  bool give_up_reads();
 
   // Records and their extents: extents.cpp
   Status claim(StoredRecord& record, std::uint64_t granules);

@@ -76,6 +76,19 @@ bool ClusterStore::read_one_ahead(StoredRecord& record) {
   return true;
 }
 
+// What was read ahead makes way for what is asked for now, to be read again. False if there was
+// nothing.
+bool ClusterStore::give_up_reads() {
+  if (coming_bytes_ == 0) return false;
+  for (StoredRecord* record : by_number_) {
+    if (!record->coming || !end_read_ahead(*record).ok()) continue;  // its request will say why
+    arena_->free(record->slot, record->granules());
+    record->slot = kNoGranule;
+  }
+  scanned_ = foresight_.now();
+  return true;
+}
+
 // Waits for the record's bytes, and checks them. On error the record is where it was: on disk.
 Status ClusterStore::end_read_ahead(StoredRecord& record) {
   Status status;

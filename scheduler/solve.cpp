@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "pagestore/trace_writer.h"
 #include "scheduler/gather_cluster.h"
 #include "scheduler/history.h"
 #include "scheduler/order.h"
@@ -135,6 +136,9 @@ class Scheduler {
   Status open_store(std::size_t arena);
   Status create_store();
   Status take_up_run(std::span<const std::byte> run_model);
+  Status begin_trace();
+  void mark_trace();
+  void end_trace();
   Status write_first_records(std::span<const std::byte> run_model);
   RunModel run_model() const;
   Status checkpoint();
@@ -172,6 +176,7 @@ class Scheduler {
   const double start_, cpu_start_;
   RunFiles files_;
   std::optional<StatusPage> page_;
+  std::unique_ptr<TraceWriter> trace_;  // null: nothing is recorded
   std::unique_ptr<ClusterStore> store_;
   RunState earlier_;  // as of the checkpoint that this process began with
   std::uint64_t model_hash_ = 0;
@@ -260,6 +265,7 @@ Status Scheduler::checkpoint_empty() {
 Status Scheduler::take_up_run(std::span<const std::byte> run_model) {
   store_.reset();
   ATRIUM_RETURN_IF_ERROR(open_store(prepared_->plan.arena));
+  ATRIUM_RETURN_IF_ERROR(begin_trace());
   model_hash_ = fingerprint(prepared_->scene, prepared_->model);
   if (!earlier_.begun) {
     ATRIUM_RETURN_IF_ERROR(write_first_records(run_model));
@@ -280,6 +286,36 @@ Status Scheduler::take_up_run(std::span<const std::byte> run_model) {
   say("resumed after " + std::to_string(sweep_.gathered) + " clusters of iteration " +
       std::to_string(cursor_.iteration + (sweep_.gathered < order_.size() ? 1 : 0)));
   return {};
+}
+
+// What was recorded before a stop stays: each part of a run that is resumed has a trace of its own.
+Status Scheduler::begin_trace() {
+  if (options_.trace.empty()) return {};
+  std::string path = options_.trace;
+  for (int part = 2; earlier_.begun && disk().exists(path); ++part)
+    path = options_.trace + "." + std::to_string(part);
+  Result<std::unique_ptr<TraceWriter>> trace = TraceWriter::create(path, disk());
+  if (!trace.ok()) return trace.status();
+  trace_ = std::move(*trace);
+  store_->record_to(trace_.get());
+  return {};
+}
+
+// A trace that could not be written ends early, and the solve goes on: it is what was asked for.
+void Scheduler::end_trace() {
+  if (!trace_) return;
+  store_->record_to(nullptr);
+  const Status closed = trace_->close();
+  trace_.reset();
+  if (!closed.ok()) say("warning: the trace is not whole: " + closed.message());
+}
+
+void Scheduler::mark_trace() {
+  if (!trace_) return;
+  const RecordId receiver = record_id(RecordKind::kCluster, order_[sweep_.gathered].value);
+  if (sweep_.gathered == 0) trace_->iteration(cursor_.iteration + 1);
+  trace_->gather(receiver, store_->size(receiver));
+  if (!trace_->status().ok()) end_trace();
 }
 
 // Every cluster's record, its blockers, and the model: the database before the first gather.
@@ -405,6 +441,7 @@ Status Scheduler::sweep() {
     ATRIUM_RETURN_IF_ERROR(checkpoint_if_due());
     if (limits_reached()) return record_history(cursor_.level, false);
     foresee_more();
+    mark_trace();
     const GatherTask task = task_for(order_[sweep_.gathered]);
     const Result<GatherReport> report =
         gather_cluster(prepared_->model, *store_, *worlds_, task);
@@ -586,6 +623,7 @@ void Scheduler::fill_summary() {
 // knows the summary.
 Status Scheduler::finish() {
   ATRIUM_RETURN_IF_ERROR(checkpoint());
+  end_trace();
   fill_summary();
   if (summary_.evictions == 0)
     summary_.left_out.push_back({"eviction", "everything fits into the arena"});

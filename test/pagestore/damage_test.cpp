@@ -72,7 +72,8 @@ class DamageTest : public StoreTest {
     EXPECT_EQ(reader.status().code(), Code::kStore);
     EXPECT_EQ(reader.status().file(), file);
     EXPECT_NE(reader.status().place().find(place), std::string::npos) << reader.status().message();
-    auto store = reopen(16);
+    EXPECT_FALSE(ClusterStore::open(dir_, arena_of(16), OpenMode::kReadWrite).ok());
+    auto store = reopen(16, OpenMode::kRecover);
     EXPECT_NE(store->recovery_note().message().find("epoch 2"), std::string::npos)
         << store->recovery_note().message();
     EXPECT_EQ(copy_of(store->state()), bytes_of("state 2"));
