@@ -13,7 +13,7 @@ using RecordIndex = std::uint32_t;
 
 inline constexpr RecordIndex kRecords = 20'000;
 inline constexpr std::size_t kReads = 40'000;
-inline constexpr std::size_t kArenaBytes = std::size_t{64} << 20;  // what each contender may cache
+inline constexpr std::size_t kArenaBytes = std::size_t{80} << 20;  // what each contender may cache
 inline constexpr std::size_t kLargestRecord = std::size_t{400} << 10;
 
 // Bytes of each record; log-uniform, 2.05 GB in all.
