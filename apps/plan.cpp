@@ -19,6 +19,8 @@ void print_plan(const Plan& p) {
             << format_size(p.smallest_memory) << '\n'
             << "arena           " << format_size(p.arena) << ", at least "
             << format_size(p.smallest_arena) << '\n'
+            << "disk            about " << format_size(p.disk) << ", at least "
+            << format_size(p.smallest_disk) << '\n'
             << "irradiance      about " << p.mean_irradiance_guess << " lx\n"
             << "smallest edge   " << format_length(p.min_edge) << '\n';
   for (const LeftOut& l : p.left_out)

@@ -104,6 +104,8 @@ std::string plan_json(const Plan& plan) {
                    {"arena", plan.arena},
                    {"smallest_memory", plan.smallest_memory},
                    {"smallest_arena", plan.smallest_arena},
+                   {"disk", plan.disk},
+                   {"smallest_disk", plan.smallest_disk},
                    {"mean_irradiance_guess", plan.mean_irradiance_guess},
                    {"min_edge", plan.min_edge},
                    {"left_out", left_out_json(plan.left_out)},

@@ -420,6 +420,10 @@ std::uint64_t ClusterStore::live_bytes() const {
 
 std::uint64_t ClusterStore::file_bytes() const { return pages_->file_bytes() + kRootFileBytes; }
 
+std::uint64_t ClusterStore::allocated_bytes() const {
+  return pages_->file_bytes() - pages_->free_granules() * kGranule;
+}
+
 std::size_t ClusterStore::arena_cost(std::size_t payload_bytes) {
   return granules_of(payload_bytes) * kGranule;
 }

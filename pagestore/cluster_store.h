@@ -222,6 +222,7 @@ class ClusterStore {
   std::uint64_t live_bytes() const;                 // payload bytes of all records
   std::uint64_t live_bytes(RecordKind kind) const;  // of one kind
   std::uint64_t file_bytes() const;                 // of the page files on disk
+  std::uint64_t allocated_bytes() const;            // of them: extents, of both roots, and claims
 
   // What a record of `payload_bytes` takes in the arena: header, and whole granules.
   static std::size_t arena_cost(std::size_t payload_bytes);

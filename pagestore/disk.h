@@ -88,6 +88,7 @@ class Disk {
   virtual Result<std::unique_ptr<DiskFile>> open(const std::string& path, DiskAccess access) = 0;
   // depth: reads at a time, at least one.
   virtual std::unique_ptr<ReadQueue> read_queue(unsigned depth) = 0;
+  virtual Result<std::uint64_t> free_bytes(const std::string& directory) const = 0;
   virtual Status remove(const std::string& path) = 0;
   // In the place of what is called `to`. After a crash it is the one or the other; durable with
   // sync_directory.

@@ -53,6 +53,13 @@ class MachineDisk : public Disk {
     return error ? failure(path, "", "making the directory", error.value()) : Status();
   }
 
+  Result<std::uint64_t> free_bytes(const std::string& directory) const override {
+    std::error_code error;
+    const auto space = std::filesystem::space(directory, error);
+    if (error) return failure(directory, "", "asking for its free space", error.value());
+    return std::uint64_t{space.available};
+  }
+
   Status remove(const std::string& path) override {
     if (::unlink(path.c_str()) != 0) return failure(path, "", "removing it", errno);
     return {};

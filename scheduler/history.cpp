@@ -96,6 +96,8 @@ std::string summary_json(const SolveSummary& s) {
   j["threads"] = s.threads;
   j["checkpoints"] = s.checkpoints;
   j["resumes"] = s.resumes;
+  j["live_bytes"] = s.live_bytes;
+  j["allocated_bytes"] = s.allocated_bytes;
   j["peak_rss_bytes"] = s.peak_rss_bytes;
   j["version"] = program_version();
   return j.dump(1) + "\n";

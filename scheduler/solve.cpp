@@ -136,6 +136,7 @@ class Scheduler {
   Status open_store(std::size_t arena);
   Status create_store();
   Status take_up_run(std::span<const std::byte> run_model);
+  Status see_to_disk();
   Status begin_trace();
   void mark_trace();
   void end_trace();
@@ -268,6 +269,7 @@ Status Scheduler::take_up_run(std::span<const std::byte> run_model) {
   ATRIUM_RETURN_IF_ERROR(begin_trace());
   model_hash_ = fingerprint(prepared_->scene, prepared_->model);
   if (!earlier_.begun) {
+    ATRIUM_RETURN_IF_ERROR(see_to_disk());
     ATRIUM_RETURN_IF_ERROR(write_first_records(run_model));
     begun_ = true;
     return checkpoint();
@@ -285,6 +287,23 @@ Status Scheduler::take_up_run(std::span<const std::byte> run_model) {
   ++summary_.resumes;
   say("resumed after " + std::to_string(sweep_.gathered) + " clusters of iteration " +
       std::to_string(cursor_.iteration + (sweep_.gathered < order_.size() ? 1 : 0)));
+  return {};
+}
+
+// Is the disk large enough? Before starting, and not after hours.
+Status Scheduler::see_to_disk() {
+  const Result<std::uint64_t> free = disk().free_bytes(options_.run_directory);
+  if (!free.ok()) return free.status();
+  const Plan& plan = prepared_->plan;
+  const std::string there = std::to_string(*free) + " bytes are free";
+  if (*free < plan.smallest_disk)
+    return Status(Code::kStore, options_.run_directory, "",
+                  there + ", and the solve cannot begin with less than " +
+                      std::to_string(plan.smallest_disk),
+                  "make room on that disk, or solve into a directory on another");
+  if (*free < plan.disk)
+    say("warning: " + options_.run_directory + ": " + there + ", and the solution is estimated at " +
+        std::to_string(plan.disk) + "; if the disk fills up, make room and resume");
   return {};
 }
 
@@ -376,8 +395,11 @@ Status Scheduler::checkpoint_if_due() {
   const bool asked = checkpoint_flag.exchange(false);
   if (!asked && now() - last_checkpoint_ < options_.checkpoint_every) return {};
   ATRIUM_RETURN_IF_ERROR(checkpoint());
-  say("checkpoint of epoch " + std::to_string(store_->epoch()));
-  return {};
+  const std::string text = "checkpoint of epoch " + std::to_string(store_->epoch()) + ": " +
+                           std::to_string(store_->live_bytes()) + " bytes live, " +
+                           std::to_string(store_->allocated_bytes()) + " allocated";
+  say(text);
+  return files_.append_line(RunFile::kLog, text);
 }
 
 // Light still to come if each sweep adds q times what the last one did, as a share of all.
@@ -615,6 +637,8 @@ void Scheduler::fill_summary() {
   summary_.io_seconds = c.io_seconds;
   summary_.stall_seconds = c.stall_seconds;
   summary_.store_bytes = store_->live_bytes(RecordKind::kCluster);
+  summary_.allocated_bytes = store_->allocated_bytes();
+  summary_.live_bytes = store_->live_bytes();
   summary_.total_seconds = seconds();
   summary_.peak_rss_bytes = std::max(summary_.peak_rss_bytes, peak_rss());
 }

@@ -71,6 +71,7 @@ struct SolveFigures {
   double error_true = -1;  // -1: no reference
   std::uint64_t peak_rss_bytes = 0;
   std::uint64_t checkpoints = 0, resumes = 0;
+  std::uint64_t live_bytes = 0, allocated_bytes = 0;  // of all records; of extents on disk
 };
 
 struct SolveSummary : SolveFigures {
@@ -87,6 +88,7 @@ struct Plan {
   double visible_share = 0;           // pairs kept ÷ all pairs of clusters
   std::uint64_t memory = 0, arena = 0;        // bytes, as they will be used
   std::uint64_t smallest_memory = 0, smallest_arena = 0;  // that will do
+  std::uint64_t disk = 0, smallest_disk = 0;  // bytes: an estimate; without which it cannot begin
   double mean_irradiance_guess = 0;   // lx
   double min_edge = 0;                // m
   std::vector<LeftOut> left_out;

@@ -91,6 +91,10 @@ class SimulatedDisk final : public Disk {
 
   std::unique_ptr<ReadQueue> read_queue(unsigned) override { return make_advising_queue(); }
 
+  Result<std::uint64_t> free_bytes(const std::string&) const override {
+    return capacity - std::min(capacity, used());
+  }
+
   Status remove(const std::string& path) override {
     if (!powered) return failure(path, "remove");
     files.erase(path);
