@@ -2,6 +2,7 @@
 // atrium.cpp lists them. run() is called once, after every option has its value.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -12,6 +13,8 @@
 #include "engine/status.h"
 
 namespace atrium {
+
+inline constexpr std::uint64_t kMostThreads = 1024;
 
 // What holds for every command.
 struct Global {
@@ -34,6 +37,10 @@ Command gen_command();
 Command inspect_command();
 Command plan_command();
 Command solve_command();
+Command resume_command();
+Command status_command();
+Command stop_command();
+Command check_command();
 Command probe_command();
 Command render_command();
 Command export_command();

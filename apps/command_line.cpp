@@ -4,19 +4,16 @@
 #include <iostream>
 #include <map>
 #include <memory>
-#include <sstream>
 
-#include <toml++/toml.h>
 #include <CLI/CLI.hpp>
 
 #include "apps/command.h"
+#include "apps/settings_file.h"
 
 namespace atrium {
 namespace {
 
 using Values = std::vector<std::string>;
-
-constexpr std::uint64_t kMostThreads = 1024;
 
 // Where a value was found, and what it is.
 struct Found {
@@ -40,80 +37,30 @@ std::string variable_name(std::string name) {
   return "ATRIUM_" + name;
 }
 
-std::string number_text(double x) {
-  std::ostringstream out;
-  out.precision(17);
-  out << x;
-  return out.str();
-}
-
-// A scalar of TOML as it would stand on the command line.
-std::optional<std::string> scalar_text(const toml::node& node) {
-  if (const auto* s = node.as_string()) return s->get();
-  if (const auto* i = node.as_integer()) return std::to_string(i->get());
-  if (const auto* f = node.as_floating_point()) return number_text(f->get());
-  if (const auto* b = node.as_boolean()) return b->get() ? "true" : "false";
-  return std::nullopt;
-}
-
-// The values that a node gives an option; an array is several, or the parts of one.
-std::optional<Values> node_values(const toml::node& node, const Option& option) {
-  const toml::array* array = node.as_array();
-  if (array == nullptr) {
-    const auto text = scalar_text(node);
-    return text ? std::optional(Values{*text}) : std::nullopt;
-  }
-  Values parts;
-  for (const toml::node& item : *array) {
-    const auto text = scalar_text(item);
-    if (!text) return std::nullopt;
-    parts.push_back(*text);
-  }
-  if (option.repeats) return parts;
-  std::string all;
-  for (const std::string& p : parts) all += (all.empty() ? "" : ",") + p;
-  return Values{all};
-}
-
+// Gives the settings of a file to the options that they are of.
 class ConfigReader {
  public:
   ConfigReader(std::string path, const OptionSet& global, const std::vector<Command>& commands)
       : path_(std::move(path)), global_(global), commands_(commands) {}
 
   Result<ConfigFile> read() {
-    toml::table root;
-    try {
-      root = toml::parse_file(path_);
-    } catch (const toml::parse_error& e) {
-      return Status(Code::kUsage, path_, place(e.source()), std::string(e.description()),
-                    "mend the configuration file");
-    }
-    for (const auto& [key, node] : root) {
-      const std::string name(key.str());
-      const toml::table* table = node.as_table();
-      const Status status = table == nullptr ? take("", name, node) : take_table(name, *table);
-      if (!status.ok()) return status;
-    }
+    const Result<SettingsFile> file = read_settings(path_);
+    if (!file.ok()) return file.status();
+    for (const SettingsTable& table : file->tables)
+      if (!is_command(table.name)) return unknown("table [" + table.name + "]", table.place);
+    for (const Setting& setting : file->settings) ATRIUM_RETURN_IF_ERROR(take(setting));
     return std::move(file_);
   }
 
  private:
-  static std::string place(const toml::source_region& source) {
-    return source.begin ? "line " + std::to_string(source.begin.line) : "";
+  bool is_command(const std::string& name) const {
+    return std::any_of(commands_.begin(), commands_.end(),
+                       [&](const Command& c) { return c.name == name; });
   }
 
-  Status unknown(const std::string& what, const toml::node& node) const {
-    return Status(Code::kUsage, path_, place(node.source()), "unknown " + what,
+  Status unknown(const std::string& what, const std::string& place) const {
+    return Status(Code::kUsage, path_, place, "unknown " + what,
                   "take it out, or see `atrium COMMAND --help` for what there is");
-  }
-
-  Status take_table(const std::string& command, const toml::table& table) {
-    const bool known = std::any_of(commands_.begin(), commands_.end(),
-                                   [&](const Command& c) { return c.name == command; });
-    if (!known) return unknown("table [" + command + "]", table);
-    for (const auto& [key, node] : table)
-      ATRIUM_RETURN_IF_ERROR(take(command, std::string(key.str()), node));
-    return {};
   }
 
   const Option* option_of(const std::string& command, const std::string& name) const {
@@ -124,16 +71,11 @@ class ConfigReader {
     return nullptr;
   }
 
-  Status take(const std::string& command, const std::string& name, const toml::node& node) {
-    const Option* option = option_of(command, name);
-    if (option == nullptr || name == "config") return unknown("key '" + name + "'", node);
-    const auto values = node_values(node, *option);
-    if (!values)
-      return Status(Code::kUsage, path_, place(node.source()),
-                    "'" + name + "' is neither a text, a number, a truth value nor a list of them",
-                    "write it as on the command line, in quotes");
-    const std::string key = command.empty() ? name : command + "." + name;
-    file_.keys[key] = {path_ + ":" + place(node.source()) + ": " + name, *values};
+  Status take(const Setting& s) {
+    const Option* option = option_of(s.table, s.key);
+    if (option == nullptr || s.key == "config") return unknown("key '" + s.key + "'", s.place);
+    const std::string key = s.table.empty() ? s.key : s.table + "." + s.key;
+    file_.keys[key] = {path_ + ":" + s.place + ": " + s.key, values_for(*option, s)};
     return {};
   }
 
@@ -170,29 +112,21 @@ void bind(CLI::App& app, const OptionSet& set, std::vector<Bound>& bound,
   }
 }
 
-Status set_option(const Option& option, const Found& found) {
-  for (const std::string& value : found.values) {
-    const Status s = option.set(value);
-    if (!s.ok()) return Status(s.code(), found.where, s.place(), s.cause(), s.remedy());
-  }
-  return {};
-}
-
 // Flag over environment over file.
 Status settle(const std::vector<Bound>& bound, const std::string& command, const ConfigFile& file) {
   for (const auto& [option, parsed] : bound) {
     if (parsed->count() > 0) {
       const Values values = option->value.empty() ? Values{"true"} : parsed->results();
-      ATRIUM_RETURN_IF_ERROR(set_option(*option, {"--" + option->name, values}));
+      ATRIUM_RETURN_IF_ERROR(set_option(*option, "--" + option->name, values));
       continue;
     }
     const std::string variable = variable_name(option->name);
     if (const char* text = std::getenv(variable.c_str())) {
-      ATRIUM_RETURN_IF_ERROR(set_option(*option, {variable, {text}}));
+      ATRIUM_RETURN_IF_ERROR(set_option(*option, variable, {text}));
       continue;
     }
     if (const Found* found = file.find(command, option->name))
-      ATRIUM_RETURN_IF_ERROR(set_option(*option, *found));
+      ATRIUM_RETURN_IF_ERROR(set_option(*option, found->where, found->values));
   }
   return {};
 }

@@ -142,6 +142,15 @@ const Option* OptionSet::find(const std::string& name) const {
   return nullptr;
 }
 
+Status set_option(const Option& option, const std::string& where,
+                  const std::vector<std::string>& values) {
+  for (const std::string& value : values) {
+    const Status s = option.set(value);
+    if (!s.ok()) return Status(s.code(), where, s.place(), s.cause(), s.remedy());
+  }
+  return {};
+}
+
 Result<double> parse_number(const std::string& text) {
   double value = 0;
   const char* end = text.data() + text.size();

@@ -65,6 +65,11 @@ class OptionSet {
   std::vector<Argument> arguments_;
 };
 
+// Each value in turn. `where` it was found ("--min-edge", "house.toml:line 3: min-edge") is the
+// error's file.
+Status set_option(const Option& option, const std::string& where,
+                  const std::vector<std::string>& values);
+
 // Strict: decimal, finite, nothing behind it.
 Result<double> parse_number(const std::string& text);
 // Three numbers, with commas or blanks between them.

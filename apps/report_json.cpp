@@ -16,6 +16,8 @@ std::string document(const Json& json) {
 
 Json number_or_null(double x) { return std::isnan(x) ? Json() : Json(x); }
 
+Json known_or_null(double x) { return x < 0 ? Json() : Json(x); }
+
 Json triple(const Vec3& v) { return Json::array({v.x, v.y, v.z}); }
 
 template <class Tag>
@@ -90,6 +92,49 @@ std::string listed(const std::string& json) {
              (value.is_string() ? value.get<std::string>() : value.dump()) + "\n";
   }
   return lines;
+}
+
+std::string status_json(const RunLook& look) {
+  const RunStatus s = look.page.value_or(RunStatus{});
+  const bool ended = look.life == RunLife::kEnded;
+  const auto since = seconds_since_checkpoint(s);
+  return Json{{"state", to_string(look.life)},
+              {"process", look.process ? Json(*look.process) : Json()},
+              {"iteration", s.iteration},
+              {"clusters_gathered", s.gathered},
+              {"clusters", s.clusters},
+              {"elements", s.elements},
+              {"links", s.links},
+              {"seconds", s.seconds},
+              {"residual", known_or_null(s.residual)},
+              {"hit_ratio", known_or_null(s.hit_ratio)},
+              {"checkpoints", s.checkpoints},
+              {"seconds_since_checkpoint", since ? Json(*since) : Json()},
+              {"peak_rss_bytes", s.peak_rss_bytes},
+              {"exit_code", ended ? Json(s.exit_code) : Json()},
+              {"stop_reason", ended ? Json(look.stop_reason) : Json()}}
+      .dump();
+}
+
+std::string check_json(const RunCheck& c) {
+  Json records = Json::object();
+  for (const CheckedRecords& r : c.records)
+    records[r.kind] = {{"count", r.count}, {"bytes", r.bytes}};
+  return document({{"ok", true},
+                   {"begun", c.begun},
+                   {"epoch", c.epoch},
+                   {"roots", c.roots},
+                   {"records", records},
+                   {"summed_bytes", c.summed_bytes},
+                   {"unsummed_bytes", c.unsummed_bytes}});
+}
+
+Result<std::string> stop_reason(const std::string& summary, const std::string& path) {
+  const Json fields = Json::parse(summary, nullptr, false);
+  if (fields.is_object() && fields.contains("stop_reason") && fields["stop_reason"].is_string())
+    return fields["stop_reason"].get<std::string>();
+  return Status(Code::kStore, path, "stop_reason", "it is not there",
+                "run atrium check on the run");
 }
 
 std::string plan_json(const Plan& plan) {

@@ -8,9 +8,11 @@
 #include <vector>
 
 #include "apps/points.h"
+#include "apps/run_look.h"
 #include "apps/trace_report.h"
 #include "engine/import/inspect.h"
 #include "engine/model.h"
+#include "scheduler/check_run.h"
 #include "scheduler/solve.h"
 
 namespace atrium {
@@ -22,6 +24,11 @@ std::string scene_json(const SceneReport& report);
 std::string run_json(const Model& model);
 // The fields of a JSON object, a line each, for people.
 std::string listed(const std::string& json);
+// One line without its end, so that --watch gives a line a change.
+std::string status_json(const RunLook& look);
+std::string check_json(const RunCheck& check);
+// Of a summary's text. kStore where it has none.
+Result<std::string> stop_reason(const std::string& summary, const std::string& path);
 std::string plan_json(const Plan& plan);
 // F12, F21, A1, A2; NaN stands for null.
 std::string form_factor_json(double f12, double f21, double a1, double a2);

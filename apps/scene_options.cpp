@@ -1,4 +1,5 @@
 #include "apps/command.h"
+#include "engine/quantity.h"
 
 namespace atrium {
 namespace {
@@ -16,7 +17,12 @@ Status set_unit(const std::string& text, double& metres) {
       metres = u.metres;
       return {};
     }
-  return usage_error("there is no unit '" + text + "'", "it is one of in, ft, mm, cm, m");
+  const Result<double> length = parse_length(text);
+  if (!length.ok() || *length == 0)
+    return usage_error("there is no unit '" + text + "'",
+                       "it is one of in, ft, mm, cm, m, or a length: 10cm");
+  metres = *length;
+  return {};
 }
 
 Status set_sides(const std::string& text, SidesChoice& sides) {
@@ -42,7 +48,7 @@ void add_scene_options(OptionSet& options, ImportOptions& scene) {
                     scene.drop);
   options.custom("sides", "which sides receive, reflect and emit (auto, one, two)", "NAME",
                  [&scene](const std::string& t) { return set_sides(t, scene.sides); });
-  options.custom("unit", "what one unit of the scene is (in, ft, mm, cm, m)", "NAME",
+  options.custom("unit", "what one unit of the scene is (in, ft, mm, cm, m, or a length)", "NAME",
                  [&scene](const std::string& t) { return set_unit(t, scene.unit); });
   options.custom(
       "emission", "emission is luminance in cd/m2, or exitance in lm/m2 (luminance, exitance)",

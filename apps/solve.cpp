@@ -85,15 +85,20 @@ void hear_signals() {
   sigaction(SIGUSR1, &action, nullptr);
 }
 
-Result<int> run_solve(SolveOptions& options, const Global& global, Console& console) {
-  if (options.run_directory.empty())
-    return usage_error("solve needs -o RUN", "name the run directory to make");
-  options.threads = global.threads;
+// What a user should hear of without having asked.
+void tell(const std::string& line, Console& console) {
+  const bool matters = line.starts_with("warning:") || line.starts_with("resumed");
+  matters ? console.say(line) : console.detail(line);
+}
+
+}  // namespace
+
+Result<int> run_solve(const SolveOptions& options, const Global& global, Console& console) {
   hear_signals();
   const Result<SolveSummary> summary = solve(
       options,
       [&](const Progress& p) { console.progress(p.seconds, [&] { return progress_text(p); }); },
-      [&](const std::string& line) { console.detail(line); });
+      [&](const std::string& line) { tell(line, console); });
   if (!summary.ok()) return summary.status();
   say_summary(*summary, options.run_directory, console);
   if (global.json) {
@@ -104,13 +109,14 @@ Result<int> run_solve(SolveOptions& options, const Global& global, Console& cons
   return summary->exit_code;
 }
 
-}  // namespace
-
 Command solve_command() {
   auto options = std::make_shared<SolveOptions>();
   Command command{"solve", "compute the light in a scene", {}, {}};
   add_solve_options(command.options, *options);
-  command.run = [options](const Global& global, Console& console) {
+  command.run = [options](const Global& global, Console& console) -> Result<int> {
+    if (options->run_directory.empty())
+      return usage_error("solve needs -o RUN", "name the run directory to make");
+    options->threads = global.threads;
     return run_solve(*options, global, console);
   };
   return command;

@@ -2,9 +2,11 @@
 
 #include <sstream>
 
+#include "apps/settings_file.h"
 #include "engine/element.h"
 #include "engine/quantity.h"
 #include "pagestore/policy.h"
+#include "scheduler/history.h"
 #include "scheduler/order.h"
 
 namespace atrium {
@@ -26,6 +28,28 @@ Status add_features(const std::string& text, std::vector<std::string>& features)
     features.push_back(word);
   }
   return {};
+}
+
+// What run.toml holds: solve's options, and what is no option of solve's.
+OptionSet run_toml_options(SolveOptions& solve, std::string& version) {
+  OptionSet options;
+  add_solve_options(options, solve);
+  options.text_list("scene", "", solve.scene.files);
+  options.text("version", "", version);
+  options.count("threads", "", 1, kMostThreads,
+                [&solve](std::uint64_t n) { solve.threads = static_cast<int>(n); });
+  return options;
+}
+
+Status take(const Setting& setting, const std::string& path, const OptionSet& options) {
+  const Option* option = options.find(setting.key);
+  if (option == nullptr || !setting.table.empty())
+    return usage_error("unknown key '" + setting.key + "'", "");
+  return set_option(*option, path, values_for(*option, setting));
+}
+
+Status damaged(const std::string& path, const std::string& place, const std::string& cause) {
+  return Status(Code::kStore, path, place, cause, "restore it from a copy, or solve again");
 }
 
 }  // namespace
@@ -62,6 +86,21 @@ void add_solve_options(OptionSet& o, SolveOptions& s) {
   o.text("reference", "points with known irradiance: history holds the true error", s.reference);
   o.custom("force", "switch on what the plan left out", "FEATURE,...",
            [&s](const std::string& text) { return add_features(text, s.force); });
+}
+
+Status read_run_toml(const std::string& path, SolveOptions& options) {
+  const Result<SettingsFile> file = read_settings(path);
+  if (!file.ok()) return damaged(path, file.status().place(), file.status().cause());
+  std::string version;
+  const OptionSet known = run_toml_options(options, version);
+  for (const Setting& s : file->settings) {
+    const Status taken = take(s, path, known);
+    if (!taken.ok()) return damaged(path, s.place + ": " + s.key, taken.cause());
+  }
+  if (version == program_version()) return {};
+  return Status(Code::kUsage, path, "version",
+                "the run was begun by '" + version + "', and this is '" + program_version() + "'",
+                "go on with that version, or solve again into another directory");
 }
 
 }  // namespace atrium

@@ -108,33 +108,40 @@ std::string run_toml(const SolveOptions& o) {
   for (const std::string& f : o.scene.files) files.push_back(absolute(f));
   std::ostringstream t;
   t.precision(17);
-  t << "# The effective configuration of this run: `atrium solve` with it repeats the run.\n"
+  const auto path = [&](const char* key, const std::string& file) {
+    if (!file.empty()) t << key << " = " << quoted(absolute(file)) << "\n";
+  };
+  // Numbers of 64 bits go as texts: TOML's own end at 2^63.
+  const auto limit = [&](const char* key, auto value, const char* unit) {
+    if (value != 0) t << key << " = \"" << value << unit << "\"\n";
+  };
+  t << "# The effective configuration of this run. What was not set has no line.\n"
     << "version = " << quoted(program_version()) << "\n"
-    << "scene = " << list(files) << "\n"
-    << "assign = " << quoted(absolute(o.scene.assign_file)) << "\n"
-    << "drop = " << list(o.scene.drop) << "\n"
+    << "scene = " << list(files) << "\n";
+  path("assign", o.scene.assign_file);
+  t << "drop = " << list(o.scene.drop) << "\n"
     << "sides = " << quoted(name(o.scene.sides)) << "\n"
     << "unit = \"" << o.scene.unit << "m\"\n"
     << "emission = " << (o.scene.emission_is_exitance ? "\"exitance\"" : "\"luminance\"") << "\n"
     << "white = " << o.scene.white << "\n"
-    << "memory = " << o.memory << "\n"
-    << "arena = " << o.arena << "\n"
-    << "error = " << o.error << "\n"
-    << "residual = " << o.residual << "\n"
-    << "iterations = " << o.iterations << "\n"
-    << "time-limit = \"" << o.time_limit << "s\"\n"
-    << "min-edge = \"" << o.min_edge << "m\"\n"
-    << "order = " << quoted(o.order) << "\n"
+    << "memory = \"" << o.memory << "\"\n";
+  limit("arena", o.arena, "");
+  t << "error = " << o.error << "\n";
+  limit("residual", o.residual, "");
+  limit("iterations", o.iterations, "");
+  limit("time-limit", o.time_limit, "s");
+  limit("min-edge", o.min_edge, "m");
+  t << "order = " << quoted(o.order) << "\n"
     << "policy = " << quoted(o.policy) << "\n"
     << "basis = " << o.basis << "\n"
     << "links = " << quoted(o.links) << "\n"
-    << "seed = " << o.seed << "\n"
-    << "threads = " << o.threads << "\n"
-    << "reference = " << quoted(absolute(o.reference)) << "\n"
-    << "force = " << list(o.force) << "\n"
+    << "seed = \"" << o.seed << "\"\n";
+  limit("threads", o.threads, "");
+  path("reference", o.reference);
+  t << "force = " << list(o.force) << "\n"
     << "io = " << quoted(o.io) << "\n"
-    << "checkpoint-every = \"" << o.checkpoint_every << "s\"\n"
-    << "trace = " << quoted(absolute(o.trace)) << "\n";
+    << "checkpoint-every = \"" << o.checkpoint_every << "s\"\n";
+  path("trace", o.trace);
   return t.str();
 }
 

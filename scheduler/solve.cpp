@@ -192,6 +192,7 @@ class Scheduler {
   StoreCounters sweep_began_;
   std::uint64_t foreseen_ahead_ = 0;  // gathers after the one that comes next
   Stop stop_ = Stop::kNone;
+  bool summary_written_ = false;  // of this end
   SolveSummary summary_;
   HistoryLine last_line_;
   double last_shown_ = 0, last_line_at_ = now();
@@ -385,6 +386,9 @@ Status Scheduler::checkpoint() {
   state.seconds = seconds();
   state.cpu_seconds = cpu_seconds();
   state.sums = *sums;
+  // An end writes it anew: the root before that must not hold on to the last one's sum.
+  if (stop_ != Stop::kNone && !summary_written_)
+    state.sums[static_cast<std::size_t>(RunFile::kSummary)] = {};
   ATRIUM_RETURN_IF_ERROR(store_->checkpoint(to_bytes(state)));
   last_checkpoint_ = now();
   checkpoint_at_ = seconds();
@@ -487,7 +491,9 @@ Status Scheduler::show(bool at_once) {
   last_shown_ = now();
   RunStatus status;
   status.process = ::getpid();
-  status.phase = stop_ == Stop::kNone ? RunPhase::kSolving : RunPhase::kEnded;
+  status.phase = stop_ != Stop::kNone ? RunPhase::kEnded
+                 : order_.empty()     ? RunPhase::kPreparing
+                                      : RunPhase::kSolving;
   if (stop_ != Stop::kNone) status.exit_code = summary_.exit_code;
   status.iteration = cursor_.iteration + (sweep_.gathered < order_.size() ? 1 : 0);
   status.gathered = sweep_.gathered;
@@ -652,6 +658,7 @@ Status Scheduler::finish() {
   if (summary_.evictions == 0)
     summary_.left_out.push_back({"eviction", "everything fits into the arena"});
   ATRIUM_RETURN_IF_ERROR(files_.write(RunFile::kSummary, summary_json(summary_)));
+  summary_written_ = true;
   ATRIUM_RETURN_IF_ERROR(checkpoint());
   return show(true);
 }

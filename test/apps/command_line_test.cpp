@@ -15,7 +15,8 @@ TEST(CommandLine, HelpAndVersionEndWithZero) {
   const Ended help = run({"--help"});
   EXPECT_EQ(help.code, 0);
   for (const char* command :
-       {"gen", "inspect", "plan", "solve", "probe", "render", "export", "formfactor", "trace"})
+       {"gen", "inspect", "plan", "solve", "resume", "status", "stop", "check", "probe", "render",
+        "export", "formfactor", "trace"})
     EXPECT_NE(help.out.find(std::string("  ") + command + " "), std::string::npos) << command;
   const Ended version = run({"--version"});
   EXPECT_EQ(version.code, 0);
@@ -47,6 +48,10 @@ TEST(CommandLine, WhatItDoesNotKnowIsAUsageError) {
            {"inspect", "scene.obj", "--white", "1"},
            {"inspect", "scene.obj", "--visible", "pairs.csv"},
            {"probe", "no-such-run"},
+           {"resume", "no-such-run"},
+           {"status", "no-such-run"},
+           {"stop", "no-such-run"},
+           {"check", "no-such-run"},
            {"render", "no-such-run", "-o", "view.jpg"},
            {"export", "no-such-run", "-o", "scene.exr"}}) {
     const Ended e = run(words);
