@@ -623,6 +623,7 @@ void Scheduler::conclude() {
     links_->forget_all();
   }
   cursor_.done = stop_ == Stop::kConverged || stop_ == Stop::kResidual;
+  if (cursor_.done) links_->forget_all();  // nothing will be gathered across them again
 }
 
 // The loop over receivers "until convergence" [THFH94 §5.1], level by level.
