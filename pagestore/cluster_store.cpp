@@ -46,6 +46,7 @@ std::size_t kind_index(RecordId id) {
 StoreCounters StoreCounters::operator-(const StoreCounters& before) const {
   return {.requests = requests - before.requests,
           .reads = reads - before.reads,
+          .reads_ahead = reads_ahead - before.reads_ahead,
           .writes = writes - before.writes,
           .bytes_read = bytes_read - before.bytes_read,
           .bytes_written = bytes_written - before.bytes_written,
@@ -243,6 +244,7 @@ Status ClusterStore::bring_in(StoredRecord& record) {
   ATRIUM_RETURN_IF_ERROR(make_room(record.id, bytes));
   if (record.coming) {
     ATRIUM_RETURN_IF_ERROR(end_read_ahead(record));
+    ++counters_.reads_ahead;
   } else {
     const auto slot = find_slot(record.id, record.granules());
     if (!slot.ok()) return slot.status();

@@ -76,6 +76,7 @@ enum class OpenMode { kReadOnly, kReadWrite, kRecover };
 struct StoreCounters {
   std::uint64_t requests = 0;  // read() and edit() that succeeded
   std::uint64_t reads = 0;     // records brought into the arena
+  std::uint64_t reads_ahead = 0;  // of reads: begun before they were asked for
   std::uint64_t writes = 0;    // records brought back to disk, by eviction or checkpoint
   std::uint64_t bytes_read = 0;
   std::uint64_t bytes_written = 0;

@@ -56,6 +56,7 @@ class UringQueue final : public ReadQueue {
     // for.
     if (!DirectFile::aligned(offset, into)) return;
     waiting_.push_back(&read->second);
+    take_what_is_done();
     hand_over();
   }
 
@@ -97,6 +98,12 @@ class UringQueue final : public ReadQueue {
       const int submitted = ::io_uring_submit_and_wait(&ring_, 1);
       ATRIUM_CHECK(submitted >= 0 || try_again(-submitted));
     }
+    take_what_is_done();
+    hand_over();
+  }
+
+  void take_what_is_done() {
+    io_uring_cqe* completion = nullptr;
     while (::io_uring_peek_cqe(&ring_, &completion) == 0) {
       Read& read = *static_cast<Read*>(::io_uring_cqe_get_data(completion));
       const int outcome = completion->res;
@@ -104,7 +111,6 @@ class UringQueue final : public ReadQueue {
       --in_kernel_;
       conclude(read, outcome);
     }
-    hand_over();
   }
 
   // outcome: bytes read, or minus an error.
