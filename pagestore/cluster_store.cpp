@@ -335,6 +335,10 @@ Status ClusterStore::evict_one() {
 }
 
 Status ClusterStore::evict_for_a_hole(RecordId id, std::uint64_t granules) {
+  if (resident_bytes_ == pinned_bytes_ && coming_bytes_ > 0) {
+    give_up_read_ahead();
+    return {};
+  }
   if (resident_bytes_ == pinned_bytes_)
     return Status(Code::kUsage, dir_, to_string(id),
                   "arena too small: " + std::to_string(arena_->free_granules() * kGranule) +

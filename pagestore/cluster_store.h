@@ -276,6 +276,7 @@ class ClusterStore {
   void read_ahead();
   bool read_one_ahead(StoredRecord& record);
   Status end_read_ahead(StoredRecord& record);
+  void give_up_read_ahead();
 
   // Records and their extents: extents.cpp
   Status claim(StoredRecord& record, std::uint64_t granules);

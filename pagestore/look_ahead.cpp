@@ -92,4 +92,17 @@ Status ClusterStore::end_read_ahead(StoredRecord& record) {
   return status;
 }
 
+// What is on its way leaves the arena's memory; its requests will read it again.
+void ClusterStore::give_up_read_ahead() {
+  for (StoredRecord* record : by_number_) {
+    if (!record->coming) continue;
+    static_cast<void>(queue_->wait(record->number));  // an error will be met again, or is none
+    record->coming = false;
+    coming_bytes_ -= arena_cost(record->length);
+    arena_->free(record->slot, record->granules());
+    record->slot = kNoGranule;
+  }
+  scanned_ = foresight_.now();
+}
+
 }  // namespace atrium
