@@ -176,6 +176,7 @@ class Scheduler {
   RunState earlier_;  // as of the checkpoint that this process began with
   std::uint64_t model_hash_ = 0;
   bool begun_ = false;
+  bool summary_written_ = false;  // by this process
   std::optional<Prepared> prepared_;
   std::optional<ReferencePoints> reference_;
   std::unique_ptr<RayWorlds> worlds_;
@@ -231,7 +232,9 @@ Status Scheduler::open_store(std::size_t arena) {
   const Result<RunState> state = run_state(store_->state(), options_.run_directory);
   if (!state.ok()) return state.status();
   earlier_ = *state;
-  ATRIUM_RETURN_IF_ERROR(files_.verify_all(earlier_.sums));
+  // Where nothing was begun its making may have been cut short, before run.toml or just after.
+  if (!earlier_.begun && !files_.exists(RunFile::kToml)) return checkpoint_empty();
+  if (earlier_.begun) ATRIUM_RETURN_IF_ERROR(files_.verify_all(earlier_.sums));
   const Result<std::string> there = files_.read(RunFile::kToml);
   if (!there.ok()) return there.status();
   if (*there == run_toml(options_)) return {};
@@ -316,8 +319,10 @@ RunModel Scheduler::run_model() const {
 // Between two gathers: all of the solve that is not a function of the scene and the options.
 Status Scheduler::checkpoint() {
   if (links_ && !cursor_.done) ATRIUM_RETURN_IF_ERROR(links_->save());
-  const Result<RunSums> sums = files_.sums();
+  Result<RunSums> sums = files_.sums();
   if (!sums.ok()) return sums.status();
+  // An earlier process's summary is going to be replaced: after a crash it may be either.
+  if (!summary_written_) (*sums)[static_cast<std::size_t>(RunFile::kSummary)] = {};
   ++summary_.checkpoints;
   RunState state;
   state.begun = begun_;
@@ -590,6 +595,7 @@ Status Scheduler::finish() {
   if (summary_.evictions == 0)
     summary_.left_out.push_back({"eviction", "everything fits into the arena"});
   ATRIUM_RETURN_IF_ERROR(files_.write(RunFile::kSummary, summary_json(summary_)));
+  summary_written_ = true;
   ATRIUM_RETURN_IF_ERROR(checkpoint());
   return show(true);
 }
