@@ -23,6 +23,8 @@ using Contents = std::map<RecordId, std::uint64_t>;
 class SolveCrash : public ::testing::Test {
  protected:
   static constexpr const char* kRun = "run";
+  static constexpr std::uint64_t kCallsOfMaking = 60;  // before the first gather, at least
+  static constexpr std::uint64_t kSampledMaking = 6;   // one of so many of them, in the suite
 
   static void SetUpTestSuite() {
     bench_ = std::make_unique<Bench>(two_rooms_model());
@@ -94,12 +96,14 @@ class SolveCrash : public ::testing::Test {
     ASSERT_TRUE(contents_of(disk) == undisturbed_);
   }
 
-  // Of the calls of an undisturbed solve: all of them, or a sample with the ends.
+  // Of the calls of an undisturbed solve: all of them, or a sample and what makes the run.
   static std::vector<std::uint64_t> some_calls(std::size_t sample) {
     std::vector<std::uint64_t> calls;
     const std::uint64_t all = calls_of_.size();
     const std::uint64_t step = long_tests() ? 1 : all / sample;
-    for (std::uint64_t n = 0; n < all; n += step) calls.push_back(n);
+    for (std::uint64_t n = 0; n < all;
+         n += n < kCallsOfMaking ? std::min(step, kSampledMaking) : step)
+      calls.push_back(n);
     return calls;
   }
 
@@ -112,7 +116,7 @@ class SolveCrash : public ::testing::Test {
 };
 
 TEST_F(SolveCrash, AnyOneCallFails) {
-  const std::vector<std::uint64_t> calls = some_calls(24);
+  const std::vector<std::uint64_t> calls = some_calls(8);
   for (const std::uint64_t n : calls) {
     SCOPED_TRACE("call " + std::to_string(n) + ", " + calls_of_[n]);
     SimulatedDisk disk;
@@ -138,7 +142,7 @@ TEST_F(SolveCrash, EveryWriteFallsShort) {
 // And again, a few times, while what was lost is made good.
 TEST_F(SolveCrash, PowerIsLostAtAnyCall) {
   constexpr int kMostCrashes = 4;
-  const std::vector<std::uint64_t> calls = some_calls(24);
+  const std::vector<std::uint64_t> calls = some_calls(8);
   int crashes = 0;
   for (const std::uint64_t n : calls) {
     SCOPED_TRACE("call " + std::to_string(n) + ", " + calls_of_[n]);
@@ -161,12 +165,62 @@ TEST_F(SolveCrash, PowerIsLostAtAnyCall) {
   std::cout << calls.size() << " of " << calls_of_.size() << " calls, " << crashes << " crashes\n";
 }
 
+// A solve that failed has left a summary; the one that takes it up replaces it.
+TEST_F(SolveCrash, PowerIsLostWhileASummaryIsReplaced) {
+  constexpr std::uint64_t kCallsOfEnding = 50;
+  const std::uint64_t step = long_tests() ? 1 : 5;
+  SimulatedDisk failed;
+  failed.fault = [left = 1](std::uint64_t call, const std::string& what) mutable {
+    return only(call > calls_of_.size() / 2 && what == "read" && left-- > 0, Fault::kError);
+  };
+  ASSERT_FALSE(solve_on(failed).ok());
+  ASSERT_TRUE(failed.exists("run/summary.json"));
+  failed.fault = nullptr;
+  SimulatedDisk whole = failed;
+  ASSERT_TRUE(solve_on(whole).ok());
+  for (std::uint64_t n = whole.calls - kCallsOfEnding; n < whole.calls; n += step) {
+    SCOPED_TRACE("call " + std::to_string(n));
+    SimulatedDisk disk = failed;
+    disk.fault = [n](std::uint64_t call, const std::string&) {
+      return only(call == n, Fault::kPowerOff);
+    };
+    static_cast<void>(solve_on(disk));
+    ASSERT_FALSE(disk.powered);
+    disk.lose_power_and_restart(n);
+    expect_done_with_the_same_bits(disk);
+    if (HasFatalFailure()) return;
+  }
+}
+
+// What was to be another run is cut short at every call of its making, and this one too.
+TEST_F(SolveCrash, PowerIsLostWhileAnotherRunBecomesThisOne) {
+  const std::uint64_t step = long_tests() ? 1 : kSampledMaking;
+  for (std::uint64_t n = 0; n < kCallsOfMaking; n += step) {
+    SCOPED_TRACE("call " + std::to_string(n));
+    std::mt19937_64 random(n);
+    SimulatedDisk disk;
+    SolveOptions other = options();
+    other.error = 0.5;
+    other.disk = &disk;
+    for (int crash = 0; crash < 2; ++crash) {
+      disk.fault = [at = crash == 0 ? n : disk.calls + random() % kCallsOfMaking](
+                       std::uint64_t call, const std::string&) {
+        return only(call == at, Fault::kPowerOff);
+      };
+      expect_refused_or_done(crash == 0 ? solve(other, {}, {}) : solve_on(disk));
+      disk.lose_power_and_restart(random());
+    }
+    expect_done_with_the_same_bits(disk);
+    if (HasFatalFailure()) return;
+  }
+}
+
 // The kernel has dropped the pages; the solve stops there, and the machine is started again.
 TEST_F(SolveCrash, OneSyncFailsThenPowerIsLost) {
   std::vector<std::uint64_t> syncs;
   for (std::uint64_t n = 0; n < calls_of_.size(); ++n)
     if (calls_of_[n] == "sync") syncs.push_back(n);
-  const std::size_t step = long_tests() ? 1 : syncs.size() / 16;
+  const std::size_t step = long_tests() ? 1 : syncs.size() / 8;
   for (std::size_t i = 0; i < syncs.size(); i += step) {
     SCOPED_TRACE("call " + std::to_string(syncs[i]));
     SimulatedDisk disk;
@@ -184,7 +238,7 @@ TEST_F(SolveCrash, OneSyncFailsThenPowerIsLost) {
 
 // Less and less room, until not even the store can be made.
 TEST_F(SolveCrash, DiskFullThenRoomIsMade) {
-  const std::uint64_t steps = long_tests() ? 64 : 12;
+  const std::uint64_t steps = long_tests() ? 64 : 8;
   for (std::uint64_t i = 0; i < steps; ++i) {
     SCOPED_TRACE("capacity " + std::to_string(i) + "/" + std::to_string(steps));
     SimulatedDisk disk;
