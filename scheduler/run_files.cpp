@@ -26,6 +26,11 @@ FileSum sum_of(const std::string& text) { return {text.size(), hash_bytes(bytes_
 
 const char* RunFiles::name(RunFile file) { return kNames[index(file)]; }
 
+Status RunFiles::final_if_failed(Status sync) {
+  if (failed_.ok()) failed_ = sync;
+  return sync;
+}
+
 Status RunFiles::write(RunFile file, const std::string& text) {
   const std::string made = path(file) + ".new";
   if (disk_.exists(made)) ATRIUM_RETURN_IF_ERROR(disk_.remove(made));
@@ -33,10 +38,10 @@ Status RunFiles::write(RunFile file, const std::string& text) {
     auto opened = disk_.open(made, DiskAccess::kReadWrite);
     if (!opened.ok()) return opened.status();
     ATRIUM_RETURN_IF_ERROR(write_all(**opened, 0, bytes_of(text)));
-    ATRIUM_RETURN_IF_ERROR((*opened)->sync());
+    ATRIUM_RETURN_IF_ERROR(final_if_failed((*opened)->sync()));
   }
   ATRIUM_RETURN_IF_ERROR(disk_.rename(made, path(file)));
-  return disk_.sync_directory(directory_);
+  return final_if_failed(disk_.sync_directory(directory_));
 }
 
 Status RunFiles::append_line(RunFile file, const std::string& line) {
@@ -64,6 +69,7 @@ Result<std::string> read_text(Disk& disk, const std::string& path) {
 }
 
 Result<RunSums> RunFiles::sums() {
+  if (!failed_.ok()) return failed_;
   RunSums sums;
   for (const RunFile file : kAll) {
     if (!exists(file)) continue;
@@ -72,9 +78,9 @@ Result<RunSums> RunFiles::sums() {
     sums[index(file)] = sum_of(*text);
     auto opened = disk_.open(path(file), DiskAccess::kReadWrite);
     if (!opened.ok()) return opened.status();
-    ATRIUM_RETURN_IF_ERROR((*opened)->sync());
+    ATRIUM_RETURN_IF_ERROR(final_if_failed((*opened)->sync()));
   }
-  ATRIUM_RETURN_IF_ERROR(disk_.sync_directory(directory_));
+  ATRIUM_RETURN_IF_ERROR(final_if_failed(disk_.sync_directory(directory_)));
   return sums;
 }
 

@@ -7,6 +7,7 @@
 //  2. Lines are appended whole; a line that a crash cut short is cut off when the next is appended.
 //  3. Each checkpoint's state holds the sums of these files: what was changed behind the run's back
 //     is found by verify().
+//  4. After a failed sync no sums are taken any more: no later one brings down what it left.
 // Not thread safe.
 #pragma once
 
@@ -50,8 +51,11 @@ class RunFiles {
   Status verify_all(const RunSums& sums) const;
 
  private:
+  Status final_if_failed(Status sync);
+
   Disk& disk_;
   std::string directory_;
+  Status failed_;  // the first sync that did
 };
 
 }  // namespace atrium

@@ -238,7 +238,9 @@ Status Scheduler::open_store(std::size_t arena) {
   const Result<RunState> state = run_state(store_->state(), options_.run_directory);
   if (!state.ok()) return state.status();
   earlier_ = *state;
-  ATRIUM_RETURN_IF_ERROR(files_.verify_all(earlier_.sums));
+  // Where nothing was begun its making may have been cut short, before run.toml or just after.
+  if (!earlier_.begun && !files_.exists(RunFile::kToml)) return checkpoint_empty();
+  if (earlier_.begun) ATRIUM_RETURN_IF_ERROR(files_.verify_all(earlier_.sums));
   const Result<std::string> there = files_.read(RunFile::kToml);
   if (!there.ok()) return there.status();
   if (*there == run_toml(options_)) return {};

@@ -1,6 +1,9 @@
 // Power is lost at any call: every barrier before it holds, and of the writes after the last
 // barrier any subset, torn or whole, has reached the disk. The store must open as of the last
 // checkpoint, or as of the one that was under way.
+#include <cstdlib>
+#include <iostream>
+
 #include "test/pagestore/simulated_run.h"
 
 namespace atrium {
@@ -17,6 +20,24 @@ bool run_until_power_goes(SimulatedDisk& disk, SimulatedRun& run, std::uint64_t 
   for (int i = 0; i < steps && disk.powered; ++i) static_cast<void>(run.step());
   run.close();
   return !disk.powered;
+}
+
+bool long_tests() { return std::getenv("ATRIUM_LONG_TESTS") != nullptr; }
+
+// The power goes while the store is being opened, until it stays.
+std::uint64_t crash_while_opening(SimulatedDisk& disk, std::mt19937_64& random) {
+  constexpr std::uint64_t kCallsOfOpening = 24;  // and more: not every attempt is cut short
+  std::uint64_t crashes = 0;
+  while (random() % 3 == 0) {
+    disk.fault = [n = disk.calls + random() % kCallsOfOpening](std::uint64_t call,
+                                                               const std::string&) {
+      return call == n ? Fault::kPowerOff : Fault::kNone;
+    };
+    static_cast<void>(ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kRecover));
+    crashes += disk.powered ? 0 : 1;
+    disk.lose_power_and_restart(random());
+  }
+  return crashes;
 }
 
 // Opens what the crash left and checks it; the run goes on with it.
@@ -53,22 +74,35 @@ TEST(Crash, AtEveryCallOfARunWithSeveralTearings) {
     }
 }
 
+// Several crashes in a row, of the run and of opening after it, each with a tearing of its own.
 TEST(Crash, AgainAndAgainInOneRun) {
-  constexpr std::uint64_t kSeeds = 40;
-  constexpr int kCrashes = 8;
+  const std::uint64_t seeds = long_tests() ? 10'000 : 500;
+  constexpr int kCrashes = 4;
   constexpr int kSteps = 120;
-  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+  constexpr std::uint64_t kCallsBetween = 150;
+  constexpr std::uint64_t kSmallDisk = 80 * kGranule;
+  std::uint64_t crashes = 0, while_opening = 0, grown = 0;
+  for (std::uint64_t seed = 0; seed < seeds; ++seed) {
     std::mt19937_64 random(seed);
     SimulatedDisk disk;
+    disk.capacity = kSmallDisk;  // so that the first segment is small, and others follow later
     SimulatedRun run(disk, seed);
     for (int crash = 0; crash < kCrashes; ++crash) {
       SCOPED_TRACE("seed " + std::to_string(seed) + ", crash " + std::to_string(crash));
-      run_until_power_goes(disk, run, disk.calls + random() % 100, kSteps);
+      crashes += run_until_power_goes(disk, run, disk.calls + random() % kCallsBetween, kSteps);
       disk.lose_power_and_restart(random());
+      while_opening += crash_while_opening(disk, random);
       recover(disk, run);
       if (HasFatalFailure()) return;
+      disk.capacity = ~std::uint64_t{0};
     }
+    grown += disk.exists("run/pages.0001") ? 1 : 0;
   }
+  std::cout << seeds << " seeds: " << crashes << " crashes, " << while_opening
+            << " more while opening, " << grown << " stores of several segments\n";
+  EXPECT_GT(crashes, seeds * kCrashes / 2);
+  EXPECT_GT(while_opening, seeds / 2);
+  EXPECT_GT(grown, seeds / 10);
 }
 
 // A store's making is cut short, made again, and then the power goes at once.
@@ -87,8 +121,7 @@ TEST(Crash, WhatCreateReturnedIsDurableThoughAnEarlierAttemptWasCutShort) {
       if (HasFatalFailure()) return;
       run.close();
       disk.lose_power_and_restart(tearing + 1);
-      EXPECT_TRUE(
-          ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kRecover).ok());
+      EXPECT_TRUE(ClusterStore::open("run", SimulatedRun::options(disk), OpenMode::kRecover).ok());
     }
 }
 

@@ -2,9 +2,11 @@
 // calls, and can fill up, fail, write short and lose power.
 //
 // A write is pending until the file's next sync; a file's length and the blocks behind it are
-// durable with the sync too, and a file that was made is durable after sync_directory. On power
-// loss any subset of what is pending reaches the disk, each write whole, torn at a sector, or not
-// at all; a file may keep its new length without the blocks, or vanish.
+// durable with the sync too, and a file that was made, renamed or removed is so after
+// sync_directory. On power loss any subset of what is pending reaches the disk, each write whole,
+// torn at a sector, or not at all; a file may keep its new length without the blocks, vanish, or be
+// there again. A sync that fails has dropped what was pending: it is read until the power goes, and
+// no later sync brings it down. A queued read happens at once or when it is waited for, by turns.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +21,6 @@
 #include <vector>
 
 #include "pagestore/disk.h"
-#include "pagestore/read_queue.h"
 
 namespace atrium {
 
@@ -31,12 +32,14 @@ class SimulatedDisk final : public Disk {
     std::vector<std::byte> now, durable;
     std::uint64_t reserved = 0, durably_reserved = 0;  // bytes backed by blocks
     std::vector<std::pair<std::uint64_t, std::vector<std::byte>>> pending;
+    bool shortened = false;  // since the last sync
     bool name_durable = false;
     bool locked = false;
     std::shared_ptr<File> replaced;  // what had its name before, until that is durable
   };
 
-  // What becomes of call number `n` (from 0) of those that write, reserve, sync or make.
+  // What becomes of call number `n` (from 0) of those that open, read, write, reserve, sync, rename
+  // or remove.
   enum class Fault { kNone, kError, kShort, kPowerOff };
   std::function<Fault(std::uint64_t n, const std::string& call)> fault;
 
@@ -44,10 +47,14 @@ class SimulatedDisk final : public Disk {
   std::uint64_t calls = 0;
   bool powered = true;
   std::map<std::string, File> files;
+  std::map<std::string, File> removed;  // not durably
 
   // The disk after power came back.
   void lose_power_and_restart(std::uint64_t seed) {
     std::mt19937_64 random(seed);
+    for (auto& [path, file] : removed)
+      if (random() % 2 == 0) files.try_emplace(path, std::move(file));
+    removed.clear();
     for (auto it = files.begin(); it != files.end();) {
       File& file = it->second;
       file.locked = false;
@@ -60,12 +67,13 @@ class SimulatedDisk final : public Disk {
         file = *before;
       }
       file.replaced.reset();
-      if (file.now.size() > file.durable.size() && random() % 2 == 0)
+      if (file.now.size() != file.durable.size() && random() % 2 == 0)
         file.durable.resize(file.now.size());
       for (const auto& [offset, bytes] : file.pending) land(file.durable, offset, bytes, random);
       file.now = file.durable;
       file.reserved = file.durably_reserved;
       file.pending.clear();
+      file.shortened = false;
       file.name_durable = true;
       ++it;
     }
@@ -83,21 +91,26 @@ class SimulatedDisk final : public Disk {
   Status make_directory(const std::string&) override { return {}; }
 
   Result<std::unique_ptr<DiskFile>> open(const std::string& path, DiskAccess access) override {
-    if (!powered || (access == DiskAccess::kRead && !files.contains(path)))
+    if (next("open") != Fault::kNone || (access == DiskAccess::kRead && !files.contains(path)))
       return failure(path, "open");
-    files[path];
+    const auto [file, made] = files.try_emplace(path);
+    if (const auto before = removed.find(path); made && before != removed.end()) {
+      file->second.replaced = std::make_shared<File>(std::move(before->second));
+      removed.erase(before);
+    }
     return std::unique_ptr<DiskFile>(std::make_unique<Handle>(*this, path));
   }
 
-  std::unique_ptr<ReadQueue> read_queue(unsigned) override { return make_advising_queue(); }
+  std::unique_ptr<ReadQueue> read_queue(unsigned) override { return std::make_unique<Queue>(); }
 
   Result<std::uint64_t> free_bytes(const std::string&) const override {
     return capacity - std::min(capacity, used());
   }
 
   Status remove(const std::string& path) override {
-    if (!powered) return failure(path, "remove");
-    files.erase(path);
+    if (next("remove") != Fault::kNone) return failure(path, "remove");
+    const auto file = files.extract(path);
+    if (!file.empty() && file.mapped().name_durable) removed[path] = std::move(file.mapped());
     return {};
   }
 
@@ -119,6 +132,7 @@ class SimulatedDisk final : public Disk {
         file.name_durable = true;
         file.replaced.reset();
       }
+    std::erase_if(removed, [&](const auto& file) { return file.first.starts_with(path + "/"); });
     return {};
   }
 
@@ -142,6 +156,32 @@ class SimulatedDisk final : public Disk {
     std::string path_;
   };
 
+  class Queue final : public ReadQueue {
+   public:
+    const std::string& name() const override { return name_; }
+    void submit(DiskFile& file, std::uint64_t offset, std::span<std::byte> into,
+                std::uint64_t ticket) override {
+      const bool at_once = ++submitted_ % 2 == 0;
+      reads_[ticket] = {&file, offset, into, at_once, at_once ? file.read(offset, into) : Status()};
+    }
+    Status wait(std::uint64_t ticket) override {
+      const Read read = reads_.extract(ticket).mapped();
+      return read.done ? read.result : read.file->read(read.offset, read.into);
+    }
+
+   private:
+    struct Read {
+      DiskFile* file;
+      std::uint64_t offset;
+      std::span<std::byte> into;
+      bool done;
+      Status result;
+    };
+    std::map<std::uint64_t, Read> reads_;
+    std::uint64_t submitted_ = 0;
+    std::string name_ = "simulated";
+  };
+
   class Handle final : public DiskFile {
    public:
     Handle(SimulatedDisk& disk, std::string path) : disk_(disk), path_(std::move(path)) {}
@@ -155,7 +195,10 @@ class SimulatedDisk final : public Disk {
     }
     Status truncate(std::uint64_t size) override {
       if (disk_.next("truncate") != Fault::kNone) return failure(path_, "truncate");
-      disk_.files[path_].now.resize(size);
+      File& file = disk_.files[path_];
+      file.shortened |= size < file.now.size();
+      file.now.resize(size);
+      file.reserved = std::min(file.reserved, size);
       return {};
     }
     Result<std::size_t> write_some(std::uint64_t offset,
@@ -177,7 +220,7 @@ class SimulatedDisk final : public Disk {
     }
     Status read(std::uint64_t offset, std::span<std::byte> bytes) override {
       const File& file = disk_.files[path_];
-      if (!disk_.powered) return failure(path_, "read");
+      if (disk_.next("read") != Fault::kNone) return failure(path_, "read");
       if (offset + bytes.size() > file.now.size()) return failure(path_, "the file ends early");
       std::memcpy(bytes.data(), file.now.data() + offset, bytes.size());
       return {};
@@ -186,11 +229,9 @@ class SimulatedDisk final : public Disk {
     Status sync() override {
       const Fault what = disk_.next("sync");
       File& file = disk_.files[path_];
-      if (what != Fault::kNone) return failure(path_, "sync");
-      file.durable = file.now;
-      file.durably_reserved = file.reserved;
-      file.pending.clear();
-      return {};
+      if (what == Fault::kNone) bring_down(file);
+      if (what != Fault::kPowerOff) file.pending.clear();
+      return what == Fault::kNone ? Status() : failure(path_, "sync");
     }
 
    private:
@@ -210,6 +251,17 @@ class SimulatedDisk final : public Disk {
     file.now.resize(std::max<std::uint64_t>(size, file.now.size()));
     file.reserved = size;
     return {};
+  }
+
+  static void bring_down(File& file) {
+    file.durable.resize(file.now.size());
+    if (file.shortened)
+      file.durable = file.now;
+    else
+      for (const auto& [offset, bytes] : file.pending)
+        std::ranges::copy(bytes, file.durable.begin() + static_cast<std::ptrdiff_t>(offset));
+    file.shortened = false;
+    file.durably_reserved = file.reserved;
   }
 
   Fault next(const std::string& call) {

@@ -21,9 +21,11 @@ class SimulatedRun {
  public:
   static constexpr std::size_t kArenaGranules = 8;
   static constexpr std::uint64_t kRecords = 12;
-  static constexpr std::size_t kMaxBytes = 12'000;  // three granules
+  // Records of three granules at most; with every other seed of seven, which is nearly the arena.
+  static constexpr std::size_t kMaxBytes = 12'000, kMaxBytesOfLarge = 28'000;
 
-  SimulatedRun(SimulatedDisk& disk, std::uint64_t seed) : disk_(disk), random_(seed) {}
+  SimulatedRun(SimulatedDisk& disk, std::uint64_t seed)
+      : disk_(disk), random_(seed), max_bytes_(seed % 2 == 0 ? kMaxBytesOfLarge : kMaxBytes) {}
 
   static StoreOptions options(SimulatedDisk& disk) {
     return {.arena_bytes = kArenaGranules * kGranule, .policy = "lru", .disk = &disk};
@@ -49,7 +51,7 @@ class SimulatedRun {
     const std::uint64_t id = random_() % kRecords;
     const std::uint64_t what = random_() % 12;
     if (what == 0) return checkpoint();
-    if (what == 10) return stream(kRecords + id);
+    if (what >= 10 && random_() % 2 == 0) return past_the_arena(kRecords + id);
     if (what == 11) foresee();
     if (!now_.records.contains(id)) return create_record(id);
     return what < 4 || what == 11 ? read(id) : change(id, what < 7);
@@ -84,14 +86,34 @@ class SimulatedRun {
 
  private:
   Status create_record(std::uint64_t id) {
-    const Bytes bytes = filled(random_() % kMaxBytes, random_());
+    const Bytes bytes = filled(random_() % max_bytes_, random_());
     ATRIUM_RETURN_IF_ERROR(store_->create_record(cluster(id), bytes));
     now_.records[id] = bytes;
     return {};
   }
 
-  Status stream(std::uint64_t id) {
-    const Bytes bytes = filled(random_() % kMaxBytes, random_());
+  // A record that is streamed, dropped, and made again in the arena under the number it had.
+  Status past_the_arena(std::uint64_t id) {
+    const std::uint64_t what = random_() % 4;
+    if (!now_.records.contains(id)) return what == 0 ? create_record(id) : stream_out(id);
+    if (store_->in_arena(cluster(id))) return what == 0 ? change(id, true) : read(id);
+    if (what == 0) return read(id);
+    if (what == 1) return stream_in(id);
+    if (what == 2) return stream_out(id);
+    store_->drop_streamed(cluster(id));
+    now_.records.erase(id);
+    return {};
+  }
+
+  Status stream_in(std::uint64_t id) {
+    const auto bytes = store_->stream_in(cluster(id));
+    if (!bytes.ok()) return bytes.status();
+    EXPECT_EQ(copy_of(*bytes), now_.records[id]);
+    return {};
+  }
+
+  Status stream_out(std::uint64_t id) {
+    const Bytes bytes = filled(random_() % max_bytes_, random_());
     ATRIUM_RETURN_IF_ERROR(store_->stream_out(cluster(id), bytes));
     now_.records[id] = bytes;
     return {};
@@ -120,7 +142,7 @@ class SimulatedRun {
     Bytes& expected = now_.records[id];
     EXPECT_EQ(copy_of(edit->bytes()), expected);
     if (resize) {
-      const std::size_t size = random_() % kMaxBytes;
+      const std::size_t size = random_() % max_bytes_;
       ATRIUM_RETURN_IF_ERROR(edit->resize(size));
       expected.resize(size);
     }
@@ -132,6 +154,7 @@ class SimulatedRun {
 
   SimulatedDisk& disk_;
   std::mt19937_64 random_;
+  std::size_t max_bytes_;
   std::unique_ptr<ClusterStore> store_;
   Snapshot now_;
 };
