@@ -11,6 +11,7 @@
 // Immutable once built; safe to read from any thread.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -46,7 +47,9 @@ struct Patch {
   std::uint32_t first_vertex = 0, vertex_count = 0;  // counter-clockwise seen from the lit side
   std::uint8_t back = 0;   // 1: the surface's back
   std::uint8_t inert = 0;  // 1: the black back of a one-sided surface: blocks, absorbs, no more
+  std::uint16_t reserved = 0;  // no byte of it is by chance: models are kept and compared as bytes
 };
+static_assert(sizeof(Patch) == 24);
 
 // Where another surface meets a patch's plane on its lit side, or ends close over it: radiosity may
 // jump across it.
@@ -65,7 +68,9 @@ struct Cell {
   Box bounds;
   std::uint32_t room = 0;
   bool lit = false;  // light can reach it through portals
+  std::array<std::uint8_t, 3> reserved{};  // as Patch's
 };
+static_assert(sizeof(Cell) == 56);
 
 struct Portal {
   CellId a, b;

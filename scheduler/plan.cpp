@@ -78,13 +78,12 @@ void plan_memory(const SolveOptions& options, const Model& model, Plan& plan) {
 void plan_disk(const SolveOptions& options, const Model& model, Plan& plan) {
   constexpr double kGrowthByError = 0.2;
   constexpr double kCopies = 2;
-  constexpr std::uint64_t kFirstSegments = std::uint64_t{4} << 20;
   std::uint64_t first = model.vertices.size() * sizeof(Vec3) * 2 +  // blockers and the model
                         model.patches.size() * sizeof(Patch) +
                         model.visible.items.size() * sizeof(ClusterId);
   for (const Cluster& c : model.clusters)
     first += ClusterStore::arena_cost(first_record_bytes(model, c, options.basis)) + kGranule;
-  plan.smallest_disk = first + kFirstSegments;
+  plan.smallest_disk = first;
   plan.disk = static_cast<std::uint64_t>(
       static_cast<double>(plan.smallest_disk) +
       static_cast<double>(first) * kCopies * kGrowthByError / options.error);
