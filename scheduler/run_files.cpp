@@ -22,6 +22,11 @@ std::span<const std::byte> bytes_of(const std::string& text) {
 
 FileSum sum_of(const std::string& text) { return {text.size(), hash_bytes(bytes_of(text))}; }
 
+bool is_of_lines(RunFile file) { return file == RunFile::kHistory || file == RunFile::kLog; }
+
+// Of the lines that are whole: what is behind them is a line cut short, and will be cut off.
+std::size_t whole_lines(const std::string& text) { return text.rfind('\n') + 1; }  // npos + 1 is 0
+
 }  // namespace
 
 const char* RunFiles::name(RunFile file) { return kNames[index(file)]; }
@@ -53,7 +58,7 @@ Status RunFiles::append_line(RunFile file, const std::string& line) {
   }
   auto opened = disk_.open(path(file), DiskAccess::kReadWrite);
   if (!opened.ok()) return opened.status();
-  const std::size_t whole = text.rfind('\n') + 1;  // npos + 1 is 0
+  const std::size_t whole = whole_lines(text);
   if (whole < text.size()) ATRIUM_RETURN_IF_ERROR((*opened)->truncate(whole));
   return write_all(**opened, whole, bytes_of(line + "\n"));
 }
@@ -73,8 +78,9 @@ Result<RunSums> RunFiles::sums() {
   RunSums sums;
   for (const RunFile file : kAll) {
     if (!exists(file)) continue;
-    const Result<std::string> text = read(file);
+    Result<std::string> text = read(file);
     if (!text.ok()) return text.status();
+    if (is_of_lines(file)) text->resize(whole_lines(*text));
     sums[index(file)] = sum_of(*text);
     auto opened = disk_.open(path(file), DiskAccess::kReadWrite);
     if (!opened.ok()) return opened.status();
@@ -89,8 +95,7 @@ Status RunFiles::verify(RunFile file, const RunSums& sums) const {
   if (known.length == 0) return {};
   Result<std::string> text = read(file);
   if (!text.ok()) return text.status();
-  const bool whole = file == RunFile::kToml || file == RunFile::kSummary;
-  if (text->size() >= known.length && (!whole || text->size() == known.length)) {
+  if (text->size() == known.length || (is_of_lines(file) && text->size() > known.length)) {
     text->resize(known.length);
     if (sum_of(*text).hash == known.hash) return {};
   }

@@ -91,6 +91,26 @@ TEST(DiskFault, FailedCheckpointsLeakNoSpace) {
   EXPECT_EQ(store->file_bytes(), before);
 }
 
+// Nor do records past the arena whose write fails, new or replaced.
+TEST(DiskFault, FailedStreamsLeakNoSpace) {
+  constexpr std::uint64_t kFailures = 300;  // more than a segment has granules
+  SimulatedDisk disk;
+  const StoreOptions options{.arena_bytes = 64 * kGranule, .policy = "lru", .disk = &disk};
+  auto store = ClusterStore::create("run", options).value();
+  ASSERT_OK(store->stream_out(cluster(0), filled(5000, 0)));
+  const std::uint64_t before = store->file_bytes();
+  disk.fault = [](std::uint64_t, const std::string& call) {
+    return call == "write" ? Fault::kError : Fault::kNone;
+  };
+  for (std::uint64_t i = 0; i < kFailures; ++i)
+    ASSERT_FALSE(store->stream_out(cluster(i % 2), filled(5000, i)).ok());
+  disk.fault = nullptr;
+  EXPECT_FALSE(store->contains(cluster(1)));
+  EXPECT_EQ(copy_of(store->stream_in(cluster(0)).value()), filled(5000, 0));
+  ASSERT_OK(store->stream_out(cluster(1), filled(5000, 1)));
+  EXPECT_EQ(store->file_bytes(), before);
+}
+
 TEST(DiskFault, AFullDiskIsSaidAndLosesNothing) {
   SimulatedDisk disk;
   disk.capacity = 2'000'000;  // one segment of 1 MiB, and less than another
