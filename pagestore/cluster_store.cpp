@@ -143,10 +143,27 @@ void ClusterStore::count_pinned(std::size_t bytes) {
   pinned_peak_bytes_ = std::max(pinned_peak_bytes_, pinned_bytes_);
 }
 
+StoredRecord& ClusterStore::record_of(RecordId id) {
+  const auto found = records_.find(id);
+  ATRIUM_CHECK(found != records_.end() && found->second.exists());
+  return found->second;
+}
+
+// A request begins: is its record in the arena?
+bool ClusterStore::hits(const StoredRecord& record) {
+  come_into_sight();
+  if (record.resident())
+    policy_->on_hit(record.number);
+  else
+    policy_->on_miss(record.number, charge_of(record.length));
+  return record.resident();
+}
+
 Result<ClusterPin> ClusterStore::read(RecordId id) {
-  auto record = pin(id);
-  if (!record.ok()) return record.status();
-  return ClusterPin(*this, **record);
+  StoredRecord& record = record_of(id);
+  if (!hits(record)) ATRIUM_RETURN_IF_ERROR(bring_in(record));
+  count_request(record);
+  return ClusterPin(*this, record);
 }
 
 Result<ClusterEdit> ClusterStore::edit(RecordId id) {
@@ -172,21 +189,6 @@ StoredRecord& ClusterStore::put_record(const StoredRecord& record) {
   return found->second = record;
 }
 
-Result<StoredRecord*> ClusterStore::pin(RecordId id) {
-  const auto found = records_.find(id);
-  ATRIUM_CHECK(found != records_.end() && found->second.exists());
-  StoredRecord& record = found->second;
-  come_into_sight();
-  if (record.resident()) {
-    policy_->on_hit(record.number);
-  } else {
-    policy_->on_miss(record.number, charge_of(record.length));
-    ATRIUM_RETURN_IF_ERROR(bring_in(record));
-  }
-  count_request(record);
-  return &record;
-}
-
 void ClusterStore::count_request(StoredRecord& record) {
   ++counters_.requests;
   if (record.pins++ == 0) count_pinned(charge_of(record.length));
@@ -195,15 +197,9 @@ void ClusterStore::count_request(StoredRecord& record) {
 }
 
 Result<std::optional<ClusterPin>> ClusterStore::read_or_pass(RecordId id) {
-  const auto found = records_.find(id);
-  ATRIUM_CHECK(found != records_.end() && found->second.exists());
-  StoredRecord& record = found->second;
-  come_into_sight();
-  if (record.resident()) {
-    policy_->on_hit(record.number);
-  } else {
+  StoredRecord& record = record_of(id);
+  if (!hits(record)) {
     const std::size_t bytes = charge_of(record.length);
-    policy_->on_miss(record.number, bytes);
     if (bytes > capacity_ || !policy_->admits(record.number, bytes)) {
       ATRIUM_RETURN_IF_ERROR(pass(record));
       return std::optional<ClusterPin>();

@@ -252,7 +252,8 @@ class ClusterStore {
   // Records in the arena: cluster_store.cpp
   StoredRecord& add_record(StoredRecord record);
   StoredRecord& put_record(const StoredRecord& record);
-  Result<StoredRecord*> pin(RecordId id);
+  StoredRecord& record_of(RecordId id);
+  bool hits(const StoredRecord& record);
   void release(StoredRecord& record);
   void count_request(StoredRecord& record);
   Status bring_in(StoredRecord& record);

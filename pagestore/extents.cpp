@@ -117,10 +117,8 @@ void ClusterStore::leave_extent(const StoredExtent& extent) {
 }
 
 Result<std::span<const std::byte>> ClusterStore::stream_in(RecordId id) {
-  const auto found = records_.find(id);
-  ATRIUM_CHECK(found != records_.end());
-  const StoredRecord& record = found->second;
-  ATRIUM_CHECK(record.slot == kNoGranule && record.exists());
+  const StoredRecord& record = record_of(id);
+  ATRIUM_CHECK(record.slot == kNoGranule);
   const auto image = streamed_.granules(record.granules());
   ATRIUM_RETURN_IF_ERROR(read_image(image, id, record.on_disk, uuid_));
   ++counters_.streamed_reads;
@@ -156,8 +154,8 @@ Status ClusterStore::stream_out(RecordId id, std::span<const std::byte> payload)
 }
 
 void ClusterStore::drop_streamed(RecordId id) {
-  StoredRecord dropped = records_.at(id);
-  ATRIUM_CHECK(dropped.slot == kNoGranule && dropped.exists());
+  StoredRecord dropped = record_of(id);
+  ATRIUM_CHECK(dropped.slot == kNoGranule);
   leave_extent(dropped.on_disk);
   dropped.on_disk = {};
   dropped.length = 0;
