@@ -391,7 +391,10 @@ Status Scheduler::checkpoint() {
   // An end writes it anew: the root before that must not hold on to the last one's sum.
   if (stop_ != Stop::kNone && !summary_written_)
     state.sums[static_cast<std::size_t>(RunFile::kSummary)] = {};
-  ATRIUM_RETURN_IF_ERROR(store_->checkpoint(to_bytes(state)));
+  // Twice: then both roots name the same records, and what only the root before named is free at
+  // once instead of at the next checkpoint. The second one writes a directory and a state.
+  for (int root = 0; root < 2; ++root)
+    ATRIUM_RETURN_IF_ERROR(store_->checkpoint(to_bytes(state)));
   last_checkpoint_ = now();
   checkpoint_at_ = seconds();
   return {};
