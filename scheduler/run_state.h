@@ -24,7 +24,7 @@ struct Cursor {
   double mean_irradiance = 0;   // lx
   double mean_radiosity = 0;    // lm/m²
   double last_change = 0;
-  std::uint32_t done = 0;       // 1: converged
+  std::uint32_t done = 0;       // how the run ended, where going on would not change that
   std::uint32_t stalled = 0;    // sweeps in a row whose change did not fall
   double least_change = 0;      // of this level
 };
@@ -41,7 +41,7 @@ struct Sweep {
   void add(const GatherReport& r);
 };
 
-inline constexpr std::uint32_t kRunStateVersion = 4;  // one more with every change of RunState
+inline constexpr std::uint32_t kRunStateVersion = 5;  // one more with every change of RunState
 
 struct RunState {
   std::uint32_t version = kRunStateVersion;

@@ -627,13 +627,16 @@ void Scheduler::conclude() {
     cursor_.sweep = 0;
     links_->forget_all();
   }
-  cursor_.done = stop_ == Stop::kConverged || stop_ == Stop::kResidual;
-  if (cursor_.done) links_->forget_all();  // nothing will be gathered across them again
+  // Ends that going on would not change: a run that is taken up again ends so at once.
+  if (stop_ == Stop::kConverged || stop_ == Stop::kResidual || stop_ == Stop::kStalled) {
+    cursor_.done = static_cast<std::uint32_t>(stop_);
+    links_->forget_all();  // nothing will be gathered across them again
+  }
 }
 
 // The loop over receivers "until convergence" [THFH94 §5.1], level by level.
 Status Scheduler::iterate() {
-  if (cursor_.done) stop_ = Stop::kConverged;
+  if (cursor_.done) stop_ = static_cast<Stop>(cursor_.done);
   if (options_.iterations && cursor_.iteration >= options_.iterations) stop_ = Stop::kIterations;
   while (stop_ == Stop::kNone) ATRIUM_RETURN_IF_ERROR(sweep());
   return {};
