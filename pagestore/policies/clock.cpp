@@ -1,28 +1,16 @@
 // CLOCK with one bit: first in, first out, but a record requested since the hand last passed it
 // goes to the back once more, its bit cleared. [Corbató, "A Paging Experiment with the Multics
 // System", 1968] A pinned record goes to the back with its bit as it is.
+#include "pagestore/policies/arrival_row.h"
 #include "pagestore/policies/policies.h"
-#include "pagestore/policies/queue.h"
 
 namespace atrium {
 
 namespace {
 
-class Clock final : public Policy {
+class Clock final : public MarkedArrivalRow {
  public:
-  void on_insert(RecordNumber record, std::uint64_t) override { order_.push_back(record); }
-  void on_hit(RecordNumber record) override {
-    released_.erase(record);
-    requested_.insert(record);
-  }
-  void on_resize(RecordNumber, std::uint64_t) override {}
-  void on_release(RecordNumber record) override { released_.insert(record); }
-  void on_evict(RecordNumber record) override {
-    order_.erase(record);
-    released_.erase(record);
-    requested_.erase(record);
-  }
-
+  // The hand stands at the front of the row.
   std::optional<RecordNumber> victim(std::uint64_t) override {
     if (released_.empty()) return std::nullopt;
     for (;;) {
@@ -33,10 +21,6 @@ class Clock final : public Policy {
       order_.move_to_back(record);
     }
   }
-
- private:
-  Queue order_;  // the hand stands at the front
-  RecordSet released_, requested_;
 };
 
 }  // namespace

@@ -6,9 +6,8 @@
 // record larger than the small queue is not admitted.
 #include <algorithm>
 
-#include "pagestore/policies/ghosts.h"
 #include "pagestore/policies/policies.h"
-#include "pagestore/policies/queue.h"
+#include "pagestore/policies/probation.h"
 
 namespace atrium {
 
@@ -19,45 +18,19 @@ constexpr double kGhostShare = 0.90;
 constexpr std::uint8_t kPromoteAt = 2;     // requests while in the small queue
 constexpr std::uint8_t kMostRequests = 3;  // that are counted
 
-class S3Fifo final : public Policy {
+class S3Fifo final : public Probation {
  public:
   explicit S3Fifo(std::uint64_t capacity)
-      : small_share_(static_cast<std::uint64_t>(static_cast<double>(capacity) * kSmallShare)),
-        main_share_(capacity - small_share_),
-        ghosts_(static_cast<std::uint64_t>(static_cast<double>(capacity) * kGhostShare)) {}
-
-  void on_miss(RecordNumber record, std::uint64_t) override {
-    known_again_ = ghosts_.forget(record) ? std::optional(record) : std::nullopt;
-  }
-  bool admits(RecordNumber, std::uint64_t bytes) override { return bytes <= small_share_; }
+      : Probation(capacity, kSmallShare, kGhostShare), main_share_(capacity - first_share_) {}
 
   void on_insert(RecordNumber record, std::uint64_t bytes) override {
     requests_[record] = 0;
-    if (known_again_ == record)
-      main_.push_back(record, bytes);
-    else if (bytes <= small_share_)
-      small_.push_back(record, bytes);
-    else
-      small_.push_front(record, bytes);  // not admitted: the first to go
-    known_again_.reset();
+    Probation::on_insert(record, bytes);
   }
-
   void on_hit(RecordNumber record) override {
-    released_.erase(record);
+    Probation::on_hit(record);
     std::uint8_t& requests = requests_[record];
     requests = std::min<std::uint8_t>(requests + 1, kMostRequests);
-  }
-  void on_resize(RecordNumber record, std::uint64_t bytes) override {
-    (main_.contains(record) ? main_ : small_).resize(record, bytes);
-  }
-  void on_release(RecordNumber record) override { released_.insert(record); }
-
-  void on_evict(RecordNumber record) override {
-    released_.erase(record);
-    if (main_.contains(record))
-      main_.erase(record);
-    else
-      ghosts_.remember(record, small_.erase(record));
   }
 
   std::optional<RecordNumber> victim(std::uint64_t) override {
@@ -69,10 +42,10 @@ class S3Fifo final : public Policy {
 
  private:
   std::optional<RecordNumber> victim_of_small() {
-    while (const auto record = first_released(small_, released_)) {
+    while (const auto record = first_released(first_, released_)) {
       if (requests_[*record] < kPromoteAt) return record;
       requests_[*record] = 0;
-      main_.push_back(*record, small_.erase(*record));
+      main_.push_back(*record, first_.erase(*record));
     }
     return std::nullopt;
   }
@@ -86,12 +59,8 @@ class S3Fifo final : public Policy {
     return std::nullopt;
   }
 
-  std::uint64_t small_share_, main_share_;
-  SizedQueue small_, main_;
-  Ghosts ghosts_;
+  const std::uint64_t main_share_;  // bytes
   PerRecord<std::uint8_t> requests_;
-  RecordSet released_;
-  std::optional<RecordNumber> known_again_;  // missed, and found among the ghosts
 };
 
 }  // namespace

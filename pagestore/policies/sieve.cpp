@@ -2,27 +2,18 @@
 // it last passed where it is, clears its bit and goes on towards the newer ones; it stays where it
 // took the last victim. [Zhang, Yang, Yue, Vigfusson, Rashmi, "SIEVE is Simpler than LRU", NSDI
 // 2024] Pinned records are passed over with their bit as it is.
+#include "pagestore/policies/arrival_row.h"
 #include "pagestore/policies/policies.h"
-#include "pagestore/policies/queue.h"
 
 namespace atrium {
 
 namespace {
 
-class Sieve final : public Policy {
+class Sieve final : public MarkedArrivalRow {
  public:
-  void on_insert(RecordNumber record, std::uint64_t) override { order_.push_back(record); }
-  void on_hit(RecordNumber record) override {
-    released_.erase(record);
-    requested_.insert(record);
-  }
-  void on_resize(RecordNumber, std::uint64_t) override {}
-  void on_release(RecordNumber record) override { released_.insert(record); }
   void on_evict(RecordNumber record) override {
     if (hand_ == record) hand_ = order_.after(record);
-    order_.erase(record);
-    released_.erase(record);
-    requested_.erase(record);
+    MarkedArrivalRow::on_evict(record);
   }
 
   std::optional<RecordNumber> victim(std::uint64_t) override {
@@ -37,9 +28,7 @@ class Sieve final : public Policy {
   }
 
  private:
-  Queue order_;                       // in longest first
   std::optional<RecordNumber> hand_;  // where to look next; none: at the front
-  RecordSet released_, requested_;
 };
 
 }  // namespace
