@@ -135,12 +135,11 @@ Result<RunModel> from_bytes(std::span<const std::byte> bytes, const std::string&
 
 }  // namespace
 
-std::vector<std::byte> to_bytes(const RunModel& run) {
+std::vector<std::byte> to_bytes(RunModel run) {
   Out out;
   std::uint32_t version = kRunModelVersion;
   out.value(version);
-  RunModel copy = run;
-  exchange(out, copy);
+  exchange(out, run);
   return std::move(out.bytes);
 }
 

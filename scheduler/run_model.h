@@ -15,7 +15,7 @@ namespace atrium {
 
 inline constexpr std::size_t kRunModelPiece = std::size_t{256} << 10;  // bytes of payload
 
-std::vector<std::byte> to_bytes(const RunModel& run);
+std::vector<std::byte> to_bytes(RunModel run);
 Status store_run_model(std::span<const std::byte> bytes, ClusterStore& store);
 // Errors: kUsage where the store holds none yet, kStore where it is broken.
 Result<RunModel> load_run_model(ClusterStore& store, const std::string& directory);

@@ -14,16 +14,13 @@
 #include <filesystem>
 #include <optional>
 
-#include "pagestore/trace_writer.h"
+#include "scheduler/first_records.h"
 #include "scheduler/gather_cluster.h"
 #include "scheduler/history.h"
 #include "scheduler/order.h"
 #include "scheduler/plan.h"
 #include "scheduler/reference_points.h"
-#include "scheduler/run_model.h"
-#include "scheduler/run_state.h"
-#include "scheduler/status_page.h"
-#include "solver/element_tree.h"
+#include "scheduler/run_directory.h"
 
 namespace atrium {
 
@@ -64,8 +61,6 @@ std::uint64_t peak_rss() {
 
 // Requests whose records are foreseen at a time; what is needed next is among them.
 constexpr std::uint64_t kForesight = 1 << 16;
-// The arena until the plan knows the run's own.
-constexpr std::size_t kFirstArena = std::size_t{1} << 20;
 constexpr double kStatusInterval = 0.2;    // s between renewals of the status page and progress
 constexpr double kHistoryInterval = 60;    // s between lines of an iteration that goes on
 
@@ -91,29 +86,6 @@ int exit_code(Stop s) {
   return 0;
 }
 
-// Tells one partitioned scene from another: shapes, who sees whom, and how all of it reflects and
-// emits. Of what has no padding, so that equal scenes have equal ones.
-std::uint64_t fingerprint(const Scene& scene, const Model& model) {
-  std::vector<std::uint64_t> parts{model.clusters.size(), model.patches.size(), model.cells.size()};
-  const auto add = [&](const auto& items) {
-    parts.push_back(hash_bytes(std::as_bytes(std::span(items))));
-  };
-  add(model.vertices);
-  add(model.portal_vertices);
-  add(model.visible.starts);
-  add(model.visible.items);
-  std::vector<Spectrum> paint;
-  for (const Patch& p : model.patches) {
-    const Material& m = scene.materials[p.material.value];
-    paint.push_back(m.reflectance);
-    paint.push_back(m.exitance);
-  }
-  add(paint);
-  return hash_bytes(std::as_bytes(std::span(parts)));
-}
-static_assert(std::has_unique_object_representations_v<ClusterId>);
-static_assert(sizeof(Spectrum) == kChannels * sizeof(double) && sizeof(Vec3) == 3 * sizeof(double));
-
 // The radiosity scheduler: "the conceptual center of the system". [THFH94 §4]
 class Scheduler {
  public:
@@ -123,27 +95,15 @@ class Scheduler {
         log_(log),
         start_(now()),
         cpu_start_(cpu_now()),
-        files_(options.disk != nullptr ? *options.disk : machine_disk(Io::kMmap),
-               options.run_directory) {}
+        directory_(options, log) {}
 
   Result<SolveSummary> run();
 
  private:
-  // The run directory, its store and its state.
-  Disk& disk() const;
-  StoreOptions store_options(std::size_t arena) const;
+  // The run on disk.
   Status open_run();
-  Status open_store(std::size_t arena);
-  Status create_store();
-  Status take_up_run(std::span<const std::byte> run_model);
-  Status see_to_disk();
-  Status begin_trace();
-  void mark_trace();
-  void end_trace();
-  Status write_first_records(std::span<const std::byte> run_model);
-  RunModel run_model() const;
+  Status take_up_run();
   Status checkpoint();
-  Status checkpoint_empty();
   Status checkpoint_if_due();
 
   // The iteration.
@@ -164,9 +124,11 @@ class Scheduler {
   Status show(bool now_at_once);
   void fill_summary();
   Status finish();
-  StoreCounters counters() const { return earlier_.counters + store_->counters(); }
-  double seconds() const { return earlier_.seconds + now() - start_; }
-  double cpu_seconds() const { return earlier_.cpu_seconds + cpu_now() - cpu_start_; }
+  StoreCounters counters() const {
+    return directory_.earlier().counters + directory_.store().counters();
+  }
+  double seconds() const { return directory_.earlier().seconds + now() - start_; }
+  double cpu_seconds() const { return directory_.earlier().cpu_seconds + cpu_now() - cpu_start_; }
   void say(const std::string& text) {
     if (log_) log_(text);
   }
@@ -175,13 +137,8 @@ class Scheduler {
   const ProgressCallback& progress_;
   const LogCallback& log_;
   const double start_, cpu_start_;
-  RunFiles files_;
-  std::optional<StatusPage> page_;
-  std::unique_ptr<TraceWriter> trace_;  // null: nothing is recorded
-  std::unique_ptr<ClusterStore> store_;
-  RunState earlier_;  // as of the checkpoint that this process began with
+  RunDirectory directory_;
   std::uint64_t model_hash_ = 0;
-  bool begun_ = false;
   std::optional<Prepared> prepared_;
   std::optional<ReferencePoints> reference_;
   std::unique_ptr<RayWorlds> worlds_;
@@ -199,186 +156,47 @@ class Scheduler {
   double last_checkpoint_ = now(), checkpoint_at_ = -1;
 };
 
-Disk& Scheduler::disk() const {
-  return options_.disk != nullptr ? *options_.disk : machine_disk(Io::kMmap);
-}
-
-StoreOptions Scheduler::store_options(std::size_t arena) const {
-  StoreOptions store;
-  store.arena_bytes = arena;
-  store.policy = options_.policy;
-  store.io = options_.io == "direct" ? Io::kDirect : Io::kMmap;
-  store.disk = options_.disk;
-  return store;
-}
-
-// The run directory is there before anything else: a run that is stopped from here on can be
-// resumed. The store's arena is not yet the run's own.
+// The run directory is there before anything else.
 Status Scheduler::open_run() {
   for (const std::string& f : options_.scene.files)
     if (!std::filesystem::exists(f))
       return Status(Code::kScene, f, "", "no such file", "check the path of the scene");
-  ATRIUM_RETURN_IF_ERROR(open_store(kFirstArena));
-  if (!store_) ATRIUM_RETURN_IF_ERROR(create_store());
-  Result<StatusPage> page = StatusPage::open(disk(), options_.run_directory);
-  if (!page.ok()) return page.status();
-  page_.emplace(std::move(*page));
+  ATRIUM_RETURN_IF_ERROR(directory_.open());
   return show(true);
 }
 
-// A store that is there, of this run, and its texts as they were left; none where none is, or its
-// making was cut short.
-Status Scheduler::open_store(std::size_t arena) {
-  if (!ClusterStore::is_there(disk(), options_.run_directory)) return {};
-  auto opened = ClusterStore::open(options_.run_directory, store_options(arena),
-                                   options_.recover ? OpenMode::kRecover : OpenMode::kReadWrite);
-  if (!opened.ok()) return opened.status();
-  store_ = std::move(opened).value();
-  if (!store_->recovery_note().ok()) say("warning: " + store_->recovery_note().message());
-  const Result<RunState> state = run_state(store_->state(), options_.run_directory);
-  if (!state.ok()) return state.status();
-  earlier_ = *state;
-  // Where nothing was begun its making may have been cut short, before run.toml or just after.
-  if (!earlier_.begun && !files_.exists(RunFile::kToml)) return checkpoint_empty();
-  if (earlier_.begun) ATRIUM_RETURN_IF_ERROR(files_.verify_all(earlier_.sums));
-  const Result<std::string> there = files_.read(RunFile::kToml);
-  if (!there.ok()) return there.status();
-  if (*there == run_toml(options_)) return {};
-  if (earlier_.begun)
-    return Status(Code::kUsage, options_.run_directory, "run.toml",
-                  "the directory holds another run", "give another directory with -o");
-  return checkpoint_empty();  // nothing was begun here: it may become another run
-}
-
-Status Scheduler::create_store() {
-  ATRIUM_RETURN_IF_ERROR(disk().make_directory(options_.run_directory));
-  auto created = ClusterStore::create(options_.run_directory, store_options(kFirstArena),
-                                      to_bytes(RunState()));
-  if (!created.ok()) return created.status();
-  store_ = std::move(created).value();
-  return checkpoint_empty();
-}
-
-// run.toml, and a store that knows it.
-Status Scheduler::checkpoint_empty() {
-  ATRIUM_RETURN_IF_ERROR(files_.write(RunFile::kToml, run_toml(options_)));
-  return checkpoint();
-}
-
-// With the run's own arena, as the plan has it by now.
-Status Scheduler::take_up_run(std::span<const std::byte> run_model) {
-  store_.reset();
-  ATRIUM_RETURN_IF_ERROR(open_store(prepared_->plan.arena));
-  ATRIUM_RETURN_IF_ERROR(begin_trace());
+// From the first records, or from where an earlier process left it.
+Status Scheduler::take_up_run() {
+  ATRIUM_RETURN_IF_ERROR(directory_.reopen(prepared_->plan.arena));
+  ATRIUM_RETURN_IF_ERROR(directory_.begin_trace());
   model_hash_ = fingerprint(prepared_->scene, prepared_->model);
-  if (!earlier_.begun) {
-    ATRIUM_RETURN_IF_ERROR(see_to_disk());
-    ATRIUM_RETURN_IF_ERROR(write_first_records(run_model));
-    begun_ = true;
+  const RunState& earlier = directory_.earlier();
+  if (!earlier.begun) {
+    ATRIUM_RETURN_IF_ERROR(directory_.see_to_disk(prepared_->plan));
+    ATRIUM_RETURN_IF_ERROR(write_first_records(*prepared_, options_.basis, directory_.store()));
     return checkpoint();
   }
-  if (earlier_.model_hash != model_hash_)
+  if (earlier.model_hash != model_hash_)
     return Status(Code::kUsage, options_.scene.files.front(), "",
                   "the scene is not the one that the run in " + options_.run_directory +
                       " was begun with",
                   "give back the scene as it was, or solve into another directory");
-  begun_ = true;
-  cursor_ = earlier_.cursor;
-  sweep_ = earlier_.sweep;
-  sweep_began_ = earlier_.sweep_began;
-  static_cast<SolveFigures&>(summary_) = earlier_.figures;
+  cursor_ = earlier.cursor;
+  sweep_ = earlier.sweep;
+  sweep_began_ = earlier.sweep_began;
+  static_cast<SolveFigures&>(summary_) = earlier.figures;
   ++summary_.resumes;
   say("resumed after " + std::to_string(sweep_.gathered) + " clusters of iteration " +
       std::to_string(cursor_.iteration + (sweep_.gathered < order_.size() ? 1 : 0)));
   return {};
 }
 
-// Is the disk large enough? Before starting, and not after hours.
-Status Scheduler::see_to_disk() {
-  const Result<std::uint64_t> free = disk().free_bytes(options_.run_directory);
-  if (!free.ok()) return free.status();
-  const Plan& plan = prepared_->plan;
-  const std::string there = std::to_string(*free) + " bytes are free";
-  if (*free < plan.smallest_disk)
-    return Status(Code::kStore, options_.run_directory, "",
-                  there + ", and the solve cannot begin with less than " +
-                      std::to_string(plan.smallest_disk),
-                  "make room on that disk, or solve into a directory on another");
-  if (*free < plan.disk)
-    say("warning: " + options_.run_directory + ": " + there + ", and the solution is estimated at " +
-        std::to_string(plan.disk) + "; if the disk fills up, make room and resume");
-  return {};
-}
-
-// What was recorded before a stop stays: each part of a run that is resumed has a trace of its own.
-Status Scheduler::begin_trace() {
-  if (options_.trace.empty()) return {};
-  std::string path = options_.trace;
-  for (int part = 2; earlier_.begun && disk().exists(path); ++part)
-    path = options_.trace + "." + std::to_string(part);
-  Result<std::unique_ptr<TraceWriter>> trace = TraceWriter::create(path, disk());
-  if (!trace.ok()) return trace.status();
-  trace_ = std::move(*trace);
-  store_->record_to(trace_.get());
-  return {};
-}
-
-// A trace that could not be written ends early, and the solve goes on: it is what was asked for.
-void Scheduler::end_trace() {
-  if (!trace_) return;
-  store_->record_to(nullptr);
-  const Status closed = trace_->close();
-  trace_.reset();
-  if (!closed.ok()) say("warning: the trace is not whole: " + closed.message());
-}
-
-void Scheduler::mark_trace() {
-  if (!trace_) return;
-  const RecordId receiver = record_id(RecordKind::kCluster, order_[sweep_.gathered].value);
-  if (sweep_.gathered == 0) trace_->iteration(cursor_.iteration + 1);
-  trace_->gather(receiver, store_->size(receiver));
-  if (!trace_->status().ok()) end_trace();
-}
-
-// Every cluster's record, its blockers, and the model: the database before the first gather.
-Status Scheduler::write_first_records(std::span<const std::byte> run_model) {
-  const Model& model = prepared_->model;
-  for (std::size_t c = 0; c < model.clusters.size(); ++c) {
-    const Cluster& cluster = model.clusters[c];
-    std::vector<PatchTree> trees;
-    for (std::uint32_t i = 0; i < cluster.patch_count; ++i)
-      trees.push_back(plant(model, prepared_->scene, PatchId(cluster.first_patch + i),
-                            options_.basis));
-    std::vector<std::byte> bytes(record_bytes(trees));
-    write_record(static_cast<std::uint32_t>(c), trees, bytes);
-    ATRIUM_RETURN_IF_ERROR(store_->create_record(record_id(RecordKind::kCluster, c), bytes));
-    ATRIUM_RETURN_IF_ERROR(store_->create_record(record_id(RecordKind::kBlockers, c),
-                                                 write_blockers(model, cluster)));
-  }
-  return store_run_model(run_model, *store_);
-}
-
-RunModel Scheduler::run_model() const {
-  RunModel run;
-  run.frame = prepared_->scene.frame;
-  run.bounds = prepared_->scene.bounds;
-  run.tolerance = prepared_->scene.tolerance;
-  run.order = options_.basis;
-  run.files = prepared_->scene.files;
-  for (const Object& o : prepared_->scene.objects) run.object_names.push_back(o.name);
-  for (const Material& m : prepared_->scene.materials) run.material_names.push_back(m.name);
-  run.model = prepared_->model;
-  return run;
-}
-
 // Between two gathers: all of the solve that is not a function of the scene and the options.
 Status Scheduler::checkpoint() {
   if (links_ && !cursor_.done) ATRIUM_RETURN_IF_ERROR(links_->save());
-  const Result<RunSums> sums = files_.sums();
-  if (!sums.ok()) return sums.status();
   ++summary_.checkpoints;
   RunState state;
-  state.begun = begun_;
+  state.begun = 1;
   state.model_hash = model_hash_;
   state.cursor = cursor_;
   state.sweep = sweep_;
@@ -387,14 +205,8 @@ Status Scheduler::checkpoint() {
   state.sweep_began = sweep_began_;
   state.seconds = seconds();
   state.cpu_seconds = cpu_seconds();
-  state.sums = *sums;
-  // An end writes it anew: the root before that must not hold on to the last one's sum.
-  if (stop_ != Stop::kNone && !summary_written_)
-    state.sums[static_cast<std::size_t>(RunFile::kSummary)] = {};
-  // Twice: then both roots name the same records, and what only the root before named is free at
-  // once instead of at the next checkpoint. The second one writes a directory and a state.
-  for (int root = 0; root < 2; ++root)
-    ATRIUM_RETURN_IF_ERROR(store_->checkpoint(to_bytes(state)));
+  ATRIUM_RETURN_IF_ERROR(
+      directory_.checkpoint(state, stop_ == Stop::kNone || summary_written_));
   last_checkpoint_ = now();
   checkpoint_at_ = seconds();
   return {};
@@ -404,11 +216,11 @@ Status Scheduler::checkpoint_if_due() {
   const bool asked = checkpoint_flag.exchange(false);
   if (!asked && now() - last_checkpoint_ < options_.checkpoint_every) return {};
   ATRIUM_RETURN_IF_ERROR(checkpoint());
-  const std::string text = "checkpoint of epoch " + std::to_string(store_->epoch()) + ": " +
-                           std::to_string(store_->live_bytes()) + " bytes live, " +
-                           std::to_string(store_->allocated_bytes()) + " allocated";
+  const std::string text = "checkpoint of epoch " + std::to_string(directory_.store().epoch()) + ": " +
+                           std::to_string(directory_.store().live_bytes()) + " bytes live, " +
+                           std::to_string(directory_.store().allocated_bytes()) + " allocated";
   say(text);
-  return files_.append_line(RunFile::kLog, text);
+  return directory_.files().append_line(RunFile::kLog, text);
 }
 
 // Light still to come if each sweep adds q times what the last one did, as a share of all.
@@ -452,14 +264,14 @@ bool Scheduler::limits_reached() {
 void Scheduler::foresee_more() {
   std::vector<RecordId> requests;
   const std::size_t n = order_.size();
-  while (store_->foreseen() + requests.size() < kForesight && foreseen_ahead_ < n) {
+  while (directory_.store().foreseen() + requests.size() < kForesight && foreseen_ahead_ < n) {
     const ClusterId receiver = order_[(sweep_.gathered + foreseen_ahead_) % n];
     requests.push_back(record_id(RecordKind::kCluster, receiver.value));
     for (const ClusterId s : prepared_->model.visible[receiver.value])
       if (s != receiver) requests.push_back(record_id(RecordKind::kCluster, s.value));
     ++foreseen_ahead_;
   }
-  store_->foresee(requests);
+  directory_.store().foresee(requests);
 }
 
 // One complete gather to every cluster, or the rest of one.
@@ -472,10 +284,11 @@ Status Scheduler::sweep() {
     ATRIUM_RETURN_IF_ERROR(checkpoint_if_due());
     if (limits_reached()) return record_history(cursor_.level, false);
     foresee_more();
-    mark_trace();
+    if (sweep_.gathered == 0) directory_.mark_iteration(cursor_.iteration + 1);
+    directory_.mark_gather(record_id(RecordKind::kCluster, order_[sweep_.gathered].value));
     const GatherTask task = task_for(order_[sweep_.gathered]);
     const Result<GatherReport> report =
-        gather_cluster(prepared_->model, *store_, *worlds_, task);
+        gather_cluster(prepared_->model, directory_.store(), *worlds_, task);
     if (!report.ok()) return report.status();
     --foreseen_ahead_;
     sweep_.add(*report);
@@ -511,7 +324,7 @@ Status Scheduler::show(bool at_once) {
   status.checkpoints = summary_.checkpoints;
   status.checkpoint_at = checkpoint_at_;
   status.peak_rss_bytes = peak_rss();
-  ATRIUM_RETURN_IF_ERROR(page_->write(status));
+  ATRIUM_RETURN_IF_ERROR(directory_.write_status(status));
   if (!progress_ || stop_ != Stop::kNone) return {};
   Progress p{status.iteration, sweep_.gathered, order_.size(), sweep_.elements,
              sweep_.links,     seconds(),       last_line_.residual, -1};
@@ -565,10 +378,10 @@ Status Scheduler::record_history(std::uint32_t level, bool complete) {
   h.max_working_set_bytes = sweep_.working_set_bytes;
   h.peak_rss_bytes = peak_rss();
   if (complete && reference_) {
-    Result<double> e = reference_->error(prepared_->model, *store_);
+    Result<double> e = reference_->error(prepared_->model, directory_.store());
     if (!e.ok()) return e.status();
     h.error_true = summary_.error_true = *e;
-    store_->forget_foreseen();  // the points' records were read between
+    directory_.store().forget_foreseen();  // the points' records were read between
     foreseen_ahead_ = 0;
   }
   last_line_ = h;
@@ -586,8 +399,8 @@ Status Scheduler::record_history(std::uint32_t level, bool complete) {
                 static_cast<unsigned long long>(h.links), static_cast<unsigned long long>(h.rays),
                 h.hit_ratio, h.seconds);
   say(text);
-  ATRIUM_RETURN_IF_ERROR(files_.append_line(RunFile::kLog, text));
-  return files_.append_line(RunFile::kHistory, history_json(h));
+  ATRIUM_RETURN_IF_ERROR(directory_.files().append_line(RunFile::kLog, text));
+  return directory_.files().append_line(RunFile::kHistory, history_json(h));
 }
 
 // Has the iteration stalled? change: of reflected flux, by the sweep that ended.
@@ -651,9 +464,9 @@ void Scheduler::fill_summary() {
   summary_.bytes_written = c.bytes_written;
   summary_.io_seconds = c.io_seconds;
   summary_.stall_seconds = c.stall_seconds;
-  summary_.store_bytes = store_->live_bytes(RecordKind::kCluster);
-  summary_.allocated_bytes = store_->allocated_bytes();
-  summary_.live_bytes = store_->live_bytes();
+  summary_.store_bytes = directory_.store().live_bytes(RecordKind::kCluster);
+  summary_.allocated_bytes = directory_.store().allocated_bytes();
+  summary_.live_bytes = directory_.store().live_bytes();
   summary_.total_seconds = seconds();
   summary_.peak_rss_bytes = std::max(summary_.peak_rss_bytes, peak_rss());
 }
@@ -662,11 +475,11 @@ void Scheduler::fill_summary() {
 // knows the summary.
 Status Scheduler::finish() {
   ATRIUM_RETURN_IF_ERROR(checkpoint());
-  end_trace();
+  directory_.end_trace();
   fill_summary();
   if (summary_.evictions == 0)
     summary_.left_out.push_back({"eviction", "everything fits into the arena"});
-  ATRIUM_RETURN_IF_ERROR(files_.write(RunFile::kSummary, summary_json(summary_)));
+  ATRIUM_RETURN_IF_ERROR(directory_.files().write(RunFile::kSummary, summary_json(summary_)));
   summary_written_ = true;
   ATRIUM_RETURN_IF_ERROR(checkpoint());
   return show(true);
@@ -706,12 +519,12 @@ Result<SolveSummary> Scheduler::run() {
   ATRIUM_RETURN_IF_ERROR(validate(options_));
   ATRIUM_RETURN_IF_ERROR(open_run());
   ATRIUM_RETURN_IF_ERROR(prepare_all());
-  ATRIUM_RETURN_IF_ERROR(take_up_run(to_bytes(run_model())));
+  ATRIUM_RETURN_IF_ERROR(take_up_run());
   const Model& model = prepared_->model;
-  worlds_ = std::make_unique<RayWorlds>(model, *store_);
+  worlds_ = std::make_unique<RayWorlds>(model, directory_.store());
   // Half of the memory holds links, the others are on disk: their bits are the same.
   const std::uint64_t budget = options_.links == "keep" ? ~std::uint64_t{0} : options_.memory / 2;
-  links_ = std::make_unique<KeptLinks>(*store_, model.clusters.size(), budget);
+  links_ = std::make_unique<KeptLinks>(directory_.store(), model.clusters.size(), budget);
   ATRIUM_RETURN_IF_ERROR(show(true));
   const Status solved = iterate();
   if (!solved.ok()) stop_ = Stop::kFailed;

@@ -1,0 +1,20 @@
+// First records: the database as it is before the first gather, and what tells it from another.
+// Pure functions but for the store.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/status.h"
+#include "pagestore/cluster_store.h"
+#include "scheduler/plan.h"
+
+namespace atrium {
+
+// Every cluster's record, elements of this basis, its blockers, and the model.
+Status write_first_records(const Prepared& prepared, int basis, ClusterStore& store);
+
+// Tells one partitioned scene from another: shapes, who sees whom, and how all of it reflects and
+// emits.
+std::uint64_t fingerprint(const Scene& scene, const Model& model);
+
+}  // namespace atrium
