@@ -214,8 +214,7 @@ Result<std::optional<ClusterPin>> ClusterStore::read_or_pass(RecordId id) {
 Status ClusterStore::pass(StoredRecord& record) {
   if (record.coming) {
     ATRIUM_RETURN_IF_ERROR(end_read_ahead(record));
-    arena_->free(record.slot, record.granules());
-    record.slot = kNoGranule;
+    leave_slot(record);
   } else {
     const auto image = streamed_.granules(record.granules());
     ATRIUM_RETURN_IF_ERROR(read_image(image, record.id, record.on_disk, uuid_));
@@ -321,14 +320,18 @@ Status ClusterStore::evict_one() {
   StoredRecord& record = *by_number_[*victim];
   ATRIUM_CHECK(record.resident() && record.pins == 0);
   if (record.dirty) ATRIUM_RETURN_IF_ERROR(write_back(record));
-  arena_->free(record.slot, record.granules());
-  record.slot = kNoGranule;
+  leave_slot(record);
   resident_bytes_ -= charge_of(record.length);
   policy_->on_evict(record.number);
   ++counters_.evictions;
   // It is wanted again before what was looked at last: it has to be read ahead once more.
   scanned_ = std::min(scanned_, foresight_.next_of(record.number));
   return {};
+}
+
+void ClusterStore::leave_slot(StoredRecord& record) {
+  arena_->free(record.slot, record.granules());
+  record.slot = kNoGranule;
 }
 
 Status ClusterStore::evict_for_a_hole(RecordId id, std::uint64_t granules) {

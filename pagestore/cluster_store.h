@@ -264,6 +264,7 @@ class ClusterStore {
   Status evict_one();
   Status evict_for_a_hole(RecordId id, std::uint64_t granules);
   bool compact(const StoredRecord* movable);
+  void leave_slot(StoredRecord& record);
   Status resize(StoredRecord& record, std::size_t size);
   std::size_t charge_of(std::uint64_t length) const;
   void charge(std::size_t bytes);

@@ -82,8 +82,7 @@ bool ClusterStore::give_up_reads() {
   if (coming_bytes_ == 0) return false;
   for (StoredRecord* record : by_number_) {
     if (!record->coming || !end_read_ahead(*record).ok()) continue;  // its request will say why
-    arena_->free(record->slot, record->granules());
-    record->slot = kNoGranule;
+    leave_slot(*record);
   }
   scanned_ = foresight_.now();
   return true;
@@ -100,8 +99,7 @@ Status ClusterStore::end_read_ahead(StoredRecord& record) {
   coming_bytes_ -= arena_cost(record.length);
   if (status.ok()) status = check_image(image_of(record), record.id, record.on_disk, uuid_);
   if (status.ok()) return {};
-  arena_->free(record.slot, record.granules());
-  record.slot = kNoGranule;
+  leave_slot(record);
   return status;
 }
 

@@ -96,6 +96,9 @@ std::string summary_json(const SolveSummary& s) {
   j["threads"] = s.threads;
   j["checkpoints"] = s.checkpoints;
   j["resumes"] = s.resumes;
+  j["reads_ahead"] = s.reads_ahead;
+  j["streamed_bytes_read"] = s.streamed_bytes_read;
+  j["streamed_bytes_written"] = s.streamed_bytes_written;
   j["live_bytes"] = s.live_bytes;
   j["allocated_bytes"] = s.allocated_bytes;
   j["peak_rss_bytes"] = s.peak_rss_bytes;

@@ -460,6 +460,9 @@ void Scheduler::fill_summary() {
   summary_.reads = c.reads;
   summary_.writes = c.writes;
   summary_.evictions = c.evictions;
+  summary_.reads_ahead = c.reads_ahead;
+  summary_.streamed_bytes_read = c.streamed_bytes_read;
+  summary_.streamed_bytes_written = c.streamed_bytes_written;
   summary_.bytes_read = c.bytes_read;
   summary_.bytes_written = c.bytes_written;
   summary_.io_seconds = c.io_seconds;

@@ -72,6 +72,8 @@ struct SolveFigures {
   std::uint64_t peak_rss_bytes = 0;
   std::uint64_t checkpoints = 0, resumes = 0;
   std::uint64_t live_bytes = 0, allocated_bytes = 0;  // of all records; of extents on disk
+  std::uint64_t reads_ahead = 0;  // of reads: begun before they were asked for
+  std::uint64_t streamed_bytes_read = 0, streamed_bytes_written = 0;  // of links, past the arena
 };
 
 struct SolveSummary : SolveFigures {
