@@ -1,9 +1,12 @@
 #include "visibility/bsp.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <unordered_set>
 
+#include "engine/disjoint_sets.h"
 #include "visibility/plane_cluster.h"
 
 namespace atrium {
@@ -17,6 +20,14 @@ namespace {
 constexpr double kMinCoverage = 0.3;
 constexpr double kLargeArea = 3e-3;
 constexpr double kLargeGrains = 5;
+// A reveal, in grains: what bounds a hole in a plane that parts space is worth a split however
+// little of the section it covers, or the room would join the wall's inside through the hole.
+constexpr double kRevealGrains = 0.1;
+// Where along an edge it is looked whether it borders a hole, as shares of the edge.
+constexpr std::array kAlongEdge{0.25, 0.5, 0.75};
+// Splits along reveals stay where they keep dark at least this share of the space they part, or as
+// much elsewhere: a niche keeps a wall's inside dark.
+constexpr double kDarkShare = 0.25;
 // Score: coverage × area to this power. [facts: visibility, step 2]
 constexpr double kAreaPower = 0.15;
 // Of scores that agree to this the first plane's wins: a turned copy rounds otherwise.
@@ -40,9 +51,10 @@ class Builder {
   Builder(const Scene& scene, double grain, Bsp& bsp)
       : bsp_(bsp), diagonal_(scene.bounds.diagonal()), center_(scene.bounds.center()) {
     min_area_ = grain * diagonal_ * diagonal_;
+    reveal_area_ = kRevealGrains * min_area_;
     large_area_ = std::max(kLargeArea, kLargeGrains * grain) * diagonal_ * diagonal_;
     std::vector<Fragment> fragments;
-    PlaneClusters found = cluster_planes(scene, min_area_);
+    PlaneClusters found = cluster_planes(scene, reveal_area_);
     planes_ = std::move(found.planes);
     for (const PlaneClusters::Member& m : found.members) {
       const PolygonView p = scene.polygon(scene.surfaces[m.surface.value]);
@@ -50,7 +62,7 @@ class Builder {
     }
     tally_.resize(planes_.size());
     bsp_.frame = dominant_frame(planes_, center_);
-    bsp_.root = build(std::move(fragments), outer_box(scene));
+    bsp_.root = build(std::move(fragments), outer_box(scene), false);
   }
 
  private:
@@ -103,8 +115,9 @@ class Builder {
     return polygon;
   }
 
+  static constexpr std::uint32_t kNoPlane = ~0u;
   struct Choice {
-    std::uint32_t plane = ~0u;
+    std::uint32_t plane = kNoPlane;
     Polygon section;
   };
 
@@ -137,22 +150,67 @@ class Builder {
     return best;
   }
 
-  BspRef build(std::vector<Fragment> fragments, std::vector<CellFace> faces) {
+  // The plane of the largest reveal, if there is one.
+  Choice choose_reveal(const std::vector<Fragment>& fragments, const std::vector<CellFace>& faces) {
+    Choice best;
+    double most = reveal_area_;
+    for (const Fragment& f : fragments) {
+      if (!(f.area > most * (1 + kSameScore)) || !borders_a_hole(f.polygon, faces)) continue;
+      Polygon cut = section(planes_[f.plane], faces);
+      if (cut.empty() || strip_width(cut) < kSliverTolerances * bsp_.tolerance) continue;
+      most = f.area;
+      best = {f.plane, std::move(cut)};
+    }
+    return best;
+  }
+
+  // Does an edge of the polygon lie in a face of the cell where the face is open on one side of
+  // the edge and opaque on the other?
+  bool borders_a_hole(PolygonView polygon, const std::vector<CellFace>& faces) const {
+    const double step = 2 * kSliverTolerances * bsp_.tolerance;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Vec3 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+      if (!(length(b - a) > step)) continue;
+      for (const CellFace& face : faces) {
+        if (face.node == CellFace::kOutside || std::abs(face.plane.distance(a)) > bsp_.tolerance ||
+            std::abs(face.plane.distance(b)) > bsp_.tolerance)
+          continue;
+        const PlaneRegion& opaque = bsp_.nodes[face.node].opaque;
+        const Vec3 across = step * normalize(cross(face.plane.normal, b - a));
+        for (double t : kAlongEdge) {
+          const Vec3 x = a + t * (b - a);
+          if (contains(opaque, x + across) != contains(opaque, x - across)) return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  BspRef add_cell(std::vector<CellFace> faces) {
+    bsp_.cells.push_back({std::move(faces)});
+    return BspRef::cell(bsp_.cells.size() - 1);
+  }
+
+  BspRef build(std::vector<Fragment> fragments, std::vector<CellFace> faces, bool at_reveal) {
     Choice choice = choose(fragments, faces);
-    if (choice.plane == ~0u) {
+    if (choice.plane == kNoPlane) {
+      choice = choose_reveal(fragments, faces);
+      at_reveal = true;
+    }
+    if (choice.plane == kNoPlane) {
       bsp_.cells.push_back({std::move(faces)});
       return BspRef::cell(bsp_.cells.size() - 1);
     }
     const std::size_t index = bsp_.nodes.size();
     const CandidatePlane& candidate = planes_[choice.plane];
-    const Plane plane = candidate.plane;
-    bsp_.nodes.push_back({plane, {}, {}, std::move(choice.section), {}});
+    bsp_.nodes.push_back({candidate.plane, {}, {}, std::move(choice.section), {}, {}});
+    if (at_reveal) bsp_.nodes[index].whole = faces;
     std::vector<Fragment> front, back;
     bsp_.nodes[index].opaque = deal(std::move(fragments), candidate, front, back);
     std::vector<CellFace> front_faces, back_faces;
     cut_cell(std::move(faces), index, front_faces, back_faces);
-    const BspRef f = build(std::move(front), std::move(front_faces));
-    const BspRef b = build(std::move(back), std::move(back_faces));
+    const BspRef f = build(std::move(front), std::move(front_faces), at_reveal);
+    const BspRef b = build(std::move(back), std::move(back_faces), at_reveal);
     bsp_.nodes[index].front = f;
     bsp_.nodes[index].back = b;
     return BspRef::node(index);
@@ -208,7 +266,7 @@ class Builder {
   Bsp& bsp_;
   double diagonal_;
   Vec3 center_;
-  double min_area_ = 0, large_area_ = 0;  // m²
+  double min_area_ = 0, large_area_ = 0, reveal_area_ = 0;  // m²
   std::vector<CandidatePlane> planes_;
   std::vector<PlaneTally> tally_;
 };
@@ -220,6 +278,90 @@ Bsp build_bsp(const Scene& scene, double grain) {
   bsp.tolerance = scene.tolerance;
   Builder(scene, grain, bsp);
   return bsp;
+}
+
+namespace {
+
+double volume(const ConvexCell& cell) {
+  const Vec3 apex = cell.faces.front().polygon.front();
+  double sum = 0;
+  for (const CellFace& face : cell.faces)
+    sum += area(face.polygon) * std::abs(face.plane.distance(apex)) / 3;
+  return sum;
+}
+
+// Copies a tree without the splits along reveals that keep too little dark.
+class Pruner {
+ public:
+  // dark: of a cell, how much space would be lit with it, m³; nothing if it is lit.
+  Pruner(const Bsp& from, const std::vector<double>& dark, Bsp& to)
+      : from_(from), dark_(dark), to_(to), number_(from.nodes.size()) {
+    weigh(from.root);
+    to_.root = copy(from.root);
+  }
+
+ private:
+  struct Weight {
+    double dark = 0;          // m³, the most that one of its cells keeps so
+    double lit = 0, all = 0;  // m³, of itself
+  };
+
+  Weight weigh(BspRef ref) {
+    if (ref.is_cell()) {
+      const double v = volume(from_.cells[ref.index()]), dark = dark_[ref.index()];
+      return {dark, dark > 0 ? 0 : v, v};
+    }
+    const BspNode& node = from_.nodes[ref.index()];
+    const Weight f = weigh(node.front), b = weigh(node.back);
+    const Weight w{std::max(f.dark, b.dark), f.lit + b.lit, f.all + b.all};
+    if (node.whole.empty() || (w.lit > 0 && w.dark >= kDarkShare * w.all)) return w;
+    whole_.insert(ref.index());
+    return w.lit > 0 ? Weight{0, w.all, w.all} : w;
+  }
+
+  BspRef copy(BspRef ref) {
+    if (ref.is_cell()) return add_cell(from_.cells[ref.index()].faces);
+    const BspNode& node = from_.nodes[ref.index()];
+    if (whole_.contains(ref.index())) return add_cell(node.whole);
+    const std::size_t index = number_[ref.index()] = to_.nodes.size();
+    to_.nodes.push_back({node.plane, {}, {}, node.section, node.opaque, {}});
+    const BspRef front = copy(node.front), back = copy(node.back);
+    to_.nodes[index].front = front;
+    to_.nodes[index].back = back;
+    return BspRef::node(index);
+  }
+
+  BspRef add_cell(std::vector<CellFace> faces) {
+    for (CellFace& face : faces)
+      if (face.node != CellFace::kOutside)
+        face.node = static_cast<std::uint32_t>(number_[face.node]);
+    to_.cells.push_back({std::move(faces)});
+    return BspRef::cell(to_.cells.size() - 1);
+  }
+
+  const Bsp& from_;
+  const std::vector<double>& dark_;
+  Bsp& to_;
+  std::vector<std::size_t> number_;
+  std::unordered_set<std::uint32_t> whole_;
+};
+
+}  // namespace
+
+Bsp prune(const Bsp& bsp, std::span<const CellJoint> joints, const std::vector<bool>& lit) {
+  DisjointSets spaces(bsp.cells.size());
+  for (const CellJoint& j : joints)
+    if (!lit[j.front] && !lit[j.back]) spaces.join(j.front, j.back);
+  std::vector<double> dark(bsp.cells.size());
+  for (std::size_t c = 0; c < bsp.cells.size(); ++c)
+    if (!lit[c]) dark[spaces.find(c)] += volume(bsp.cells[c]);
+  for (std::size_t c = 0; c < bsp.cells.size(); ++c)
+    if (!lit[c]) dark[c] = dark[spaces.find(c)];
+  Bsp pruned;
+  pruned.frame = bsp.frame;
+  pruned.tolerance = bsp.tolerance;
+  Pruner(bsp, dark, pruned);
+  return pruned;
 }
 
 DropSide drop_side(const Plane& plane, PolygonView polygon, const Vec3& side, double tolerance) {

@@ -33,18 +33,19 @@ struct BspRef {
   std::uint32_t index() const { return value & ~kCellBit; }
 };
 
-struct BspNode {
-  Plane plane;
-  BspRef front, back;
-  Polygon section;  // of the node's space, counter-clockwise about the plane's normal
-  PlaneRegion opaque;
-};
-
 struct CellFace {
   static constexpr std::uint32_t kOutside = ~0u;
   std::uint32_t node = kOutside;  // whose plane it lies in
   Plane plane;                    // facing the cell's inside
   Polygon polygon;
+};
+
+struct BspNode {
+  Plane plane;
+  BspRef front, back;
+  Polygon section;  // of the node's space, counter-clockwise about the plane's normal
+  PlaneRegion opaque;
+  std::vector<CellFace> whole;  // of a split along reveals: the cell that it would be without
 };
 
 struct ConvexCell {
@@ -62,6 +63,13 @@ struct Bsp {
 // `grain`: the least area of surfaces in a plane worth a split, as a share of the scene's diagonal
 // squared.
 Bsp build_bsp(const Scene& scene, double grain);
+
+// Splits along reveals are tried wherever a hole leads on: into a wall's inside, or to a niche that
+// ends there. Without those that leave little in the dark; `lit` says which cells are not.
+struct CellJoint {
+  std::uint32_t front = 0, back = 0;  // cells that a portal joins
+};
+Bsp prune(const Bsp& bsp, std::span<const CellJoint> joints, const std::vector<bool>& lit);
 
 // What of a polygon one cell has.
 struct CellPiece {

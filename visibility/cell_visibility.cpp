@@ -131,7 +131,7 @@ std::vector<CellVisibility::ClusterRow> CellVisibility::from_clusters(
     for (std::uint32_t i : places_of[c]) {
       const ClusterInCell& place = places_[i];
       collect_cell(place.cell, worker);
-      worker.flow.run_from_cell(source_of(frame_, place.box, graph_.tolerance), place.cell, steps);
+      worker.flow.run_from_cell(corners_of(frame_, place.box, graph_.tolerance), place.cell, steps);
       collect_flow(worker);
     }
     const ClusterRow row = worker.row();

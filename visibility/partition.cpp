@@ -1,6 +1,7 @@
 #include "visibility/partition.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <tuple>
 
@@ -17,7 +18,7 @@ namespace {
 // Grains of the subdivision: 0.25 m² in a building of 70 m, and up.
 constexpr double kFinestGrain = 5e-5, kCoarsestGrain = 5e-3, kGrainStep = 2;
 // Windows that flows from all portals may look at before the grain is made coarser: some seconds.
-constexpr double kAffordableSteps = 4e6;
+constexpr double kAffordableSteps = 1e7;
 
 struct Space {
   Bsp bsp;
@@ -57,25 +58,40 @@ std::vector<std::uint32_t> cells_of_emitters(const Scene& scene, const Bsp& bsp)
   return cells;
 }
 
+std::vector<CellJoint> joints(const std::vector<CellPortal>& portals) {
+  std::vector<CellJoint> out;
+  for (const CellPortal& p : portals) out.push_back({p.front, p.back});
+  return out;
+}
+
 Space divide_space(const Scene& scene, double grain) {
   Space space;
   space.bsp = build_bsp(scene, grain);
-  space.portals = find_portals(space.bsp);
-  space.lit = flood(space.bsp.cells.size(), space.portals, cells_of_emitters(scene, space.bsp));
+  const auto light = [&] {
+    space.portals = find_portals(space.bsp);
+    space.lit = flood(space.bsp.cells.size(), space.portals, cells_of_emitters(scene, space.bsp));
+  };
+  light();
+  space.bsp = prune(space.bsp, joints(space.portals), space.lit);
+  light();
   std::erase_if(space.portals, [&](const CellPortal& p) { return !space.lit[p.front]; });
   space.rooms = find_rooms(space.bsp, space.portals, space.lit);
   return space;
 }
 
 // As finely as can be searched: where furniture in the open would make portals that all see each
-// other, only larger planes part space.
+// other, only larger planes part space. Coarser is not always cheaper: large cells join what small
+// ones hold apart.
 Space divide_space(const Scene& scene) {
-  for (double grain = kFinestGrain;; grain *= kGrainStep) {
+  Space best;
+  double least = std::numeric_limits<double>::infinity();
+  for (double grain = kFinestGrain; grain <= kCoarsestGrain; grain *= kGrainStep) {
     Space space = divide_space(scene, grain);
-    if (grain >= kCoarsestGrain ||
-        expected_steps(make_graph(space.bsp, space.portals)) <= kAffordableSteps)
-      return space;
+    const double steps = expected_steps(make_graph(space.bsp, space.portals));
+    if (steps < least) best = std::move(space), least = steps;
+    if (least <= kAffordableSteps) break;
   }
+  return best;
 }
 
 // The room that has most of the patch.

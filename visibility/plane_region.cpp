@@ -284,6 +284,19 @@ std::vector<OpenPiece> open_pieces(const PlaneRegion& opaque, PolygonView footpr
   return pieces;
 }
 
+bool contains(const PlaneRegion& region, const Vec3& x) {
+  const Vec2 p = region.grid.frame.to_plane(x) / region.grid.unit;
+  bool inside = false;
+  for (const auto& loop : region.loops)
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const GridPoint &g = loop[i], &h = loop[(i + 1) % loop.size()];
+      if ((double(g.y) > p.y) == (double(h.y) > p.y)) continue;
+      const double t = (p.y - double(g.y)) / double(h.y - g.y);
+      inside ^= double(g.x) + t * double(h.x - g.x) > p.x;
+    }
+  return inside;
+}
+
 double covered_length(const PlaneRegion& region, const Vec3& a, const Vec3& b) {
   const Vec2 p = region.grid.frame.to_plane(a) / region.grid.unit;
   const Vec2 q = region.grid.frame.to_plane(b) / region.grid.unit;

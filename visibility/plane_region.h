@@ -49,6 +49,9 @@ struct OpenPiece {
 // strips narrower than `sliver` metres.
 std::vector<OpenPiece> open_pieces(const PlaneRegion& opaque, PolygonView footprint, double sliver);
 
+// Does the region hold the point of its plane?
+bool contains(const PlaneRegion& region, const Vec3& x);
+
 // How many metres of the segment lie in the region.
 double covered_length(const PlaneRegion& region, const Vec3& a, const Vec3& b);
 

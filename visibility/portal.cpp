@@ -1,7 +1,8 @@
 #include "visibility/portal.h"
 
 #include <map>
-#include <numeric>
+
+#include "engine/disjoint_sets.h"
 
 namespace atrium {
 
@@ -10,30 +11,26 @@ namespace {
 // A cell's face is open if more than this share of it is.
 constexpr double kOpenFace = 0.5;
 
-std::uint32_t find_root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
-
 }  // namespace
+
+void find_portals(const Bsp& bsp, std::size_t i, std::vector<CellPortal>& portals) {
+  const BspNode& node = bsp.nodes[i];
+  const double sliver = kSliverTolerances * bsp.tolerance;
+  std::vector<CellPiece> front, back;
+  drop_polygon(bsp, node.front, node.section, node.plane.normal, front);
+  for (const CellPiece& f : front) {
+    back.clear();
+    drop_polygon(bsp, node.back, f.polygon, -node.plane.normal, back);
+    for (const CellPiece& b : back)
+      for (OpenPiece& open : open_pieces(node.opaque, b.polygon, sliver))
+        portals.push_back(
+            {static_cast<std::uint32_t>(i), f.cell, b.cell, std::move(open.polygon), open.area});
+  }
+}
 
 std::vector<CellPortal> find_portals(const Bsp& bsp) {
   std::vector<CellPortal> portals;
-  std::vector<CellPiece> front, back;
-  for (std::size_t i = 0; i < bsp.nodes.size(); ++i) {
-    const BspNode& node = bsp.nodes[i];
-    front.clear();
-    drop_polygon(bsp, node.front, node.section, node.plane.normal, front);
-    for (const CellPiece& f : front) {
-      back.clear();
-      drop_polygon(bsp, node.back, f.polygon, -node.plane.normal, back);
-      for (const CellPiece& b : back)
-        for (OpenPiece& open :
-             open_pieces(node.opaque, b.polygon, kSliverTolerances * bsp.tolerance))
-          portals.push_back(
-              {static_cast<std::uint32_t>(i), f.cell, b.cell, std::move(open.polygon), open.area});
-    }
-  }
+  for (std::size_t i = 0; i < bsp.nodes.size(); ++i) find_portals(bsp, i, portals);
   return portals;
 }
 
@@ -74,18 +71,17 @@ Rooms find_rooms(const Bsp& bsp, const std::vector<CellPortal>& portals,
     return open[{cell, node}] > kOpenFace * whole[{cell, node}];
   };
 
-  std::vector<std::uint32_t> parent(bsp.cells.size());
-  std::iota(parent.begin(), parent.end(), 0u);
+  DisjointSets joined(bsp.cells.size());
   for (const CellPortal& p : portals)
     if (lit[p.front] && lit[p.back] && is_open(p.front, p.node) && is_open(p.back, p.node))
-      parent[find_root(parent, p.back)] = find_root(parent, p.front);
+      joined.join(p.front, p.back);
 
   Rooms rooms;
   rooms.of_cell.assign(bsp.cells.size(), kNoRoom);
   std::vector<std::uint32_t> number(bsp.cells.size(), kNoRoom);
   for (std::uint32_t c = 0; c < bsp.cells.size(); ++c) {
     if (!lit[c]) continue;
-    std::uint32_t& n = number[find_root(parent, c)];
+    std::uint32_t& n = number[joined.find(c)];
     if (n == kNoRoom) n = rooms.count++;
     rooms.of_cell[c] = n;
   }

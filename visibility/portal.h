@@ -19,6 +19,9 @@ struct CellPortal {
   std::uint32_t across(std::uint32_t cell) const { return cell == front ? back : front; }
 };
 
+// Adds those in one node's plane, in the order of cells.
+void find_portals(const Bsp& bsp, std::size_t node, std::vector<CellPortal>& portals);
+
 // In the order of nodes, then of cells.
 std::vector<CellPortal> find_portals(const Bsp& bsp);
 

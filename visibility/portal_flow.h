@@ -21,19 +21,15 @@
 
 namespace atrium {
 
-// A convex solid, polygon or box, by what its tangent planes need.
-struct ConvexSource {
-  std::vector<Vec3> vertices;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-};
-ConvexSource source_of(PolygonView polygon);
-// A box in coordinates of the frame; flat where its extent is below `tolerance`.
-ConvexSource source_of(const Frame& frame, const Box& box, double tolerance);
+// The corners of a box in coordinates of the frame; flat where its extent is below `tolerance`.
+std::vector<Vec3> corners_of(const Frame& frame, const Box& box, double tolerance);
 
 // A portal passed in one direction.
 struct DirectedPortal {
   Polygon polygon;  // counter-clockwise about the plane's normal
   Plane plane;      // its normal along the passage
+  Vec3 center{0};
+  double radius = 0;  // m, about the centre
   std::uint32_t from = 0, to = 0;
 };
 
@@ -55,9 +51,9 @@ class PortalFlow {
  public:
   explicit PortalFlow(const PortalGraph& graph);
 
-  // From all points of a source in a cell; or of a portal, into the cell beyond it. Afterwards
-  // each_seen reports what was reached, the start's own cell left out.
-  void run_from_cell(const ConvexSource& source, std::uint32_t cell, std::size_t most_steps);
+  // From all points of a convex source in a cell, given by its corners; or of a portal, into the
+  // cell beyond it. Afterwards each_seen reports what was reached, the start's own cell left out.
+  void run_from_cell(std::span<const Vec3> source, std::uint32_t cell, std::size_t most_steps);
   void run_through(std::uint32_t portal, std::size_t most_steps);
 
   template <class Visit>
@@ -75,6 +71,7 @@ class PortalFlow {
     std::uint32_t run = 0;  // of which this window is
     std::uint8_t visits = 0;
     bool queued = false;
+    bool whole = false;  // it is the whole portal
     Polygon polygon;
     std::vector<Plane> planes;  // that bound what is seen through it, as last expanded
   };
@@ -83,15 +80,17 @@ class PortalFlow {
     std::uint32_t portal;
   };
 
-  void start(const ConvexSource& source, std::size_t most_steps);
+  static bool later(const Waiting& a, const Waiting& b);
+  void start(std::span<const Vec3> source, std::size_t most_steps);
   void spread(std::uint32_t cell, std::uint32_t entered);
   void drain();
-  void reach(std::uint32_t portal, Polygon seen);
+  bool see(const DirectedPortal& portal);
+  void reach(std::uint32_t portal);
   void bounding_planes(std::uint32_t portal);
   bool behind(const Plane& plane) const;
 
   const PortalGraph& graph_;
-  ConvexSource source_;
+  std::vector<Vec3> source_;
   Vec3 center_{0};
   std::uint32_t source_portal_ = kNone;
   std::uint32_t run_ = 0;
@@ -101,6 +100,8 @@ class PortalFlow {
   std::vector<std::uint32_t> reached_;
   std::vector<Waiting> queue_;
   std::vector<Plane> planes_;
+  std::vector<const Plane*> cutting_;
+  Polygon seen_, scratch_;
 };
 
 }  // namespace atrium

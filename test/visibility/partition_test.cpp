@@ -111,6 +111,31 @@ TEST(Partition, ASlabUnderAWallWithoutDoorwayIsLitOnTheLampsSideOnly) {
   EXPECT_EQ(model.rooms, 1u);
 }
 
+TEST(Partition, ANicheInAWallKeepsDarkWhatLiesBehindTheWall) {
+  // The niche's back covers little of what its plane cuts of the yard behind the room.
+  SceneBuilder s;
+  s.box("room", {0, 0, 0}, {5, 4, 3}, true);
+  const Vec3 y{0, 4, 0}, z{0, 0, 1};
+  s.quad("wall below", {0, 0, 0}, y, z);
+  s.quad("wall above", {0, 0, 2}, y, z);
+  s.quad("wall left", {0, 0, 1}, {0, 1, 0}, z);
+  s.quad("wall right", {0, 2, 1}, {0, 2, 0}, z);
+  s.box("niche", {-0.1, 1, 1}, {0, 2, 2}, true);
+  s.lamp("lamp", {2.5, 2, 2.9}, 0.6);
+  s.box("crate in the yard", {-12, -5, -2}, {-11, -4, -1});
+  Scene scene = s.build();
+  // The room's own wall and the niche's open side go.
+  std::erase_if(scene.surfaces, [&](const Surface& surface) {
+    const std::string& object = scene.objects[surface.object.value].name;
+    const Box box = bounds(scene.polygon(surface));
+    return (object == "room" && box.hi.x < 0.1) || (object == "niche" && box.lo.x > -0.05);
+  });
+  const Model model = made(scene);
+  EXPECT_EQ(model.dark_surfaces, 6u);
+  EXPECT_EQ(patches_of(model, scene, "crate in the yard"), 0u);
+  EXPECT_NEAR(lit_area(model, scene, "niche"), 1 + 4 * 0.1, 1e-9);
+}
+
 TEST(Partition, APlaneThatRunsOnThroughARoomsAirJoinsIt) {
   // A cupboard's sides cut the room's space, not the room.
   SceneBuilder s = room_with_lamp();
