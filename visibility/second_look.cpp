@@ -37,9 +37,10 @@ SecondLook::SecondLook(const Scene& scene)
   for (const Surface& s : scene.surfaces) planes_.push_back(plane_of(scene.polygon(s)));
 }
 
+// By the tolerance and no more: what is higher may hide all that is below it.
 bool SecondLook::rises(std::uint32_t surface, const Plane& plane) const {
   return std::ranges::any_of(polygon(surface),
-                             [&](const Vec3& v) { return plane.distance(v) > width_; });
+                             [&](const Vec3& v) { return plane.distance(v) > scene_.tolerance; });
 }
 
 bool SecondLook::crowded(const FacePoint& x) const {
