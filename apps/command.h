@@ -46,6 +46,7 @@ Command render_command();
 Command export_command();
 Command formfactor_command();
 Command trace_command();
+Command validate_command();
 
 // Reads the command line, the environment and the configuration file, runs the command, and returns
 // the exit code. Prints errors as "atrium: ...".

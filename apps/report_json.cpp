@@ -249,4 +249,18 @@ std::string replay_json(const Simulation& simulated, const Replay& replayed) {
                    {"io_seconds", replayed.io_seconds}});
 }
 
+std::string validation_json(const Validation& v) {
+  Json cases = Json::array();
+  for (const ValidationCase& c : v.cases)
+    cases.push_back({{"case", c.name},
+                     {"expected", c.expected},
+                     {"found", c.found},
+                     {"difference", c.difference()},
+                     {"pass", c.pass}});
+  Json report{{"suite", v.suite}, {"cases", cases}};
+  for (const auto& [name, value] : v.figures) report[name] = value;
+  report["examples"] = v.examples;
+  return document(report);
+}
+
 }  // namespace atrium

@@ -10,6 +10,7 @@
 #include "apps/points.h"
 #include "apps/run_look.h"
 #include "apps/trace_report.h"
+#include "apps/validation.h"
 #include "engine/import/inspect.h"
 #include "engine/model.h"
 #include "scheduler/check_run.h"
@@ -43,6 +44,7 @@ std::string conversion_json(const std::string& file, const std::string& format,
                             std::uint64_t requests, const std::vector<std::string>& lost);
 std::string simulation_json(const SimulationTable& table);
 std::string curve_json(const MissCurve& curve);
+std::string validation_json(const Validation& validation);
 std::string replay_json(const Simulation& simulated, const Replay& replayed);
 
 }  // namespace atrium

@@ -1,0 +1,54 @@
+// Random patches and points on them, for judges that draw segments through lit space. Only patches
+// that receive and send light are drawn: they border cells that light reaches, black backs do not
+// look.
+// RandomStream belongs to one thread; a PatchSampler is immutable once built.
+#pragma once
+
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include "engine/model.h"
+
+namespace atrium {
+
+// Random numbers of their own for each pair of seed and number: what is drawn does not depend on
+// who draws it, nor when.
+class RandomStream {
+ public:
+  RandomStream(std::uint64_t seed, std::uint64_t number);
+  double uniform();                      // [0, 1)
+  std::size_t below(std::size_t count);  // 0, 1, … count - 1
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+// Uniform by area over a convex polygon.
+Vec3 random_point(PolygonView polygon, RandomStream& random);
+
+class PatchSampler {
+ public:
+  explicit PatchSampler(const Model& model);
+
+  // Clusters of which some patch is lit, in the model's order.
+  const std::vector<ClusterId>& lit_clusters() const { return lit_clusters_; }
+  bool lit(ClusterId cluster) const;
+
+  // There must be a lit cluster.
+  PatchId by_area(RandomStream& random) const;     // of all lit patches
+  PatchId by_cluster(RandomStream& random) const;  // each lit cluster alike, then by area
+  PatchId of_cluster(ClusterId cluster, RandomStream& random) const;  // a lit one, by area
+
+  const Plane& plane(PatchId patch) const { return planes_[patch.value]; }
+
+ private:
+  PatchId pick(std::size_t first, std::size_t count, RandomStream& random) const;
+
+  const Model& model_;
+  std::vector<ClusterId> lit_clusters_;
+  std::vector<Plane> planes_;        // of patches
+  std::vector<double> area_before_;  // m², lit, of the patches before each; the whole at the end
+};
+
+}  // namespace atrium
