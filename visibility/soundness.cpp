@@ -140,9 +140,24 @@ class SegmentJudge {
     });
   }
 
-  void meet(const Segment& s, const Hit& hit, SegmentTally& tally) const {
+  // What is met first is seen: it is a blocker, and if it is a lit patch's front a source too.
+  void meet(const Segment& s, const Hit& hit, SegmentTally& tally) {
     ++tally.blocked;
-    if (lists_any_at(cluster(s.p), hit.point) || !surely_first(s, hit)) return;
+    const ClusterId receiver = cluster(s.p);
+    bool listed = false;
+    std::optional<std::size_t> seen;
+    each_patch_at(hit.point, [&](std::uint32_t i) {
+      const Patch& patch = model_.patches[i];
+      if (!entry(receiver, patch.cluster)) return;
+      listed = true;
+      if (patch.inert || dot(sampler_.plane(PatchId(i)).normal, s.y - s.x) >= 0) return;
+      const auto [low, high] = std::minmax({receiver, patch.cluster});
+      seen = entry(low, high);
+    });
+    const bool news = seen && !witnessed_[*seen].load(std::memory_order_relaxed);
+    if ((listed && !news) || !surely_first(s, hit)) return;
+    if (news) witnessed_[*seen].store(true, std::memory_order_relaxed);
+    if (listed) return;
     ++tally.missed_blockers;
     note(tally.blockers, [&] {
       const Surface& met = scene_.surfaces[hit.id];
@@ -152,19 +167,15 @@ class SegmentJudge {
     });
   }
 
-  // Does the cluster's row list any patch at this point? From either side patches block.
-  bool lists_any_at(ClusterId receiver, const Vec3& z) const {
-    bool found = false;
+  template <class Visit>
+  void each_patch_at(const Vec3& z, Visit&& visit) const {
     const Box box{z - Vec3{look_.near()}, z + Vec3{look_.near()}};
     patches_.visit(box, [&](std::uint32_t i) {
-      if (found) return;
-      const PatchId patch(i);
-      const Plane& plane = sampler_.plane(patch);
-      found = std::abs(plane.distance(z)) <= look_.near() &&
-              contains(model_.polygon(model_.patches[i]), plane.normal, z, look_.near()) &&
-              entry(receiver, cluster(patch));
+      const Plane& plane = sampler_.plane(PatchId(i));
+      if (std::abs(plane.distance(z)) <= look_.near() &&
+          contains(model_.polygon(model_.patches[i]), plane.normal, z, look_.near()))
+        visit(i);
     });
-    return found;
   }
 
   bool surely_first(const Segment& s, const Hit& hit) const {

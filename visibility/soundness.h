@@ -2,6 +2,7 @@
 //
 //  1. Of the global oracle: clusters that a free segment joins are in each other's rows; and what a
 //     blocked one meets first is in the row it starts from, for rows serve as lists of blockers.
+//     Both witness that the two see each other.
 //  2. Of tubes: no segment gets through one that is called INVISIBLE, and nothing blocks one
 //     through a tube called VISIBLE.
 //
@@ -36,7 +37,7 @@ struct SoundnessOptions {
 // Unordered pairs of clusters that both have a lit patch.
 struct PairCounts {
   std::uint64_t kept = 0;       // in the global oracle's rows
-  std::uint64_t witnessed = 0;  // of them, those that a segment joins
+  std::uint64_t witnessed = 0;  // of them, those of which a segment shows that they see each other
   double ratio() const { return witnessed > 0 ? double(kept) / double(witnessed) : 0; }
 };
 
