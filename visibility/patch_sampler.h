@@ -55,13 +55,16 @@ class PatchSampler {
     std::array<std::uint32_t, 3> corners;  // of the model's vertices
   };
   void add_triangles(PatchId patch, double& sum);
+  void lay_guide();
   PatchPoint pick(std::size_t first, std::size_t last, RandomStream& random) const;
+  PatchPoint point_at(double area, std::size_t first, std::size_t last, RandomStream& random) const;
 
   const Model& model_;
   std::vector<ClusterId> lit_clusters_;
-  std::vector<Plane> planes_;                  // of patches
-  std::vector<Triangle> triangles_;            // of lit patches, in their order
-  std::vector<double> area_before_;            // m², of the triangles before each, and the whole
+  std::vector<Plane> planes_;        // of patches
+  std::vector<Triangle> triangles_;  // of lit patches, in their order
+  std::vector<double> area_before_;  // m², of the triangles before each, and the whole
+  std::vector<std::size_t> guide_;   // where in area_before_ each of so many equal parts begins
   std::vector<std::size_t> first_of_cluster_;  // its first triangle; at the end their number
 };
 
