@@ -4,6 +4,7 @@
 // RandomStream belongs to one thread; a PatchSampler is immutable once built.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <random>
 #include <vector>
@@ -27,6 +28,12 @@ class RandomStream {
 // Uniform by area over a convex polygon.
 Vec3 random_point(PolygonView polygon, RandomStream& random);
 
+// A random point of a patch.
+struct PatchPoint {
+  PatchId patch;
+  Vec3 at{0};
+};
+
 class PatchSampler {
  public:
   explicit PatchSampler(const Model& model);
@@ -36,19 +43,29 @@ class PatchSampler {
   bool lit(ClusterId cluster) const;
 
   // There must be a lit cluster.
-  PatchId by_area(RandomStream& random) const;     // of all lit patches
-  PatchId by_cluster(RandomStream& random) const;  // each lit cluster alike, then by area
-  PatchId of_cluster(ClusterId cluster, RandomStream& random) const;  // a lit one, by area
+  PatchPoint by_area(RandomStream& random) const;     // of all lit patches
+  PatchPoint by_cluster(RandomStream& random) const;  // each lit cluster alike, then by area
+  PatchPoint of_cluster(ClusterId cluster, RandomStream& random) const;  // a lit one, by area
 
   const Plane& plane(PatchId patch) const { return planes_[patch.value]; }
 
  private:
-  PatchId pick(std::size_t first, std::size_t count, RandomStream& random) const;
+  struct Triangle {
+    PatchId patch;
+    std::array<std::uint32_t, 3> corners;  // of the model's vertices
+  };
+  void add_triangles(PatchId patch, double& sum);
+  void lay_guide();
+  PatchPoint pick(std::size_t first, std::size_t last, RandomStream& random) const;
+  PatchPoint point_at(double area, std::size_t first, std::size_t last, RandomStream& random) const;
 
   const Model& model_;
   std::vector<ClusterId> lit_clusters_;
   std::vector<Plane> planes_;        // of patches
-  std::vector<double> area_before_;  // m², lit, of the patches before each; the whole at the end
+  std::vector<Triangle> triangles_;  // of lit patches, in their order
+  std::vector<double> area_before_;  // m², of the triangles before each, and the whole
+  std::vector<std::size_t> guide_;   // where in area_before_ each of so many equal parts begins
+  std::vector<std::size_t> first_of_cluster_;  // its first triangle; at the end their number
 };
 
 }  // namespace atrium

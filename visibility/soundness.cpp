@@ -25,15 +25,14 @@ constexpr std::uint64_t kSegmentsAChunk = 1 << 14, kTubesAChunk = 1 << 8;
 constexpr std::uint64_t kFirstTubeStream = std::uint64_t{1} << 63;
 
 // Ends are drawn so often at most before a segment is given up.
-constexpr int kDraws = 4;
+constexpr int kDraws = 64;
 
 // An end is in front of the other's plane by at least so many times the near distance: then the
 // segment is longer than what is left out of it at its ends.
 constexpr double kLeastNearsInFront = 3;
 
 struct Segment {
-  PatchId p, q;
-  Vec3 x{0}, y{0};
+  PatchPoint from, to;
 };
 
 struct SegmentTally {
@@ -48,6 +47,15 @@ BoxTree patch_tree(const Model& model) {
   return BoxTree(std::move(boxes));
 }
 
+Rows<std::uint32_t> patches_by_surface(const Scene& scene, const Model& model) {
+  std::vector<std::vector<std::uint32_t>> rows(scene.surfaces.size());
+  for (std::uint32_t p = 0; p < model.patches.size(); ++p)
+    rows[model.patches[p].surface.value].push_back(p);
+  Rows<std::uint32_t> out;
+  for (const auto& row : rows) out.push_row(row);
+  return out;
+}
+
 class SegmentJudge {
  public:
   SegmentJudge(const Scene& scene, const Model& model, const PatchSampler& sampler,
@@ -57,7 +65,8 @@ class SegmentJudge {
         sampler_(sampler),
         look_(look),
         rays_(rays),
-        patches_(patch_tree(model)),
+        tree_(patch_tree(model)),
+        patches_of_(patches_by_surface(scene, model)),
         witnessed_(model.visible.items.size()) {}
 
   void judge(RandomStream& random, std::uint64_t segments, SegmentTally& tally) {
@@ -79,21 +88,15 @@ class SegmentJudge {
 
  private:
   std::optional<Segment> draw(RandomStream& random, bool by_area) const {
-    const auto patch = [&] {
+    const auto point = [&] {
       return by_area ? sampler_.by_area(random) : sampler_.by_cluster(random);
-    };
-    const auto point = [&](PatchId p) {
-      return random_point(model_.polygon(model_.patches[p.value]), random);
     };
     const double least = kLeastNearsInFront * look_.near();
     for (int i = 0; i < kDraws; ++i) {
-      Segment s;
-      s.p = patch();
-      s.q = patch();
-      s.x = point(s.p);
-      s.y = point(s.q);
-      if (sampler_.plane(s.p).distance(s.y) > least && sampler_.plane(s.q).distance(s.x) > least)
-        return s;
+      const PatchPoint p = point(), q = point();
+      if (sampler_.plane(p.patch).distance(q.at) > least &&
+          sampler_.plane(q.patch).distance(p.at) > least)
+        return Segment{p, q};
     }
     return {};
   }
@@ -101,12 +104,13 @@ class SegmentJudge {
   void shoot(std::span<const Segment> segments, SegmentTally& tally) {
     RayPacket packet;
     for (std::size_t i = 0; i < segments.size(); ++i)
-      packet.set(static_cast<int>(i), segments[i].x, segments[i].y - segments[i].x, look_.near());
+      packet.set(static_cast<int>(i), segments[i].from.at, segments[i].to.at - segments[i].from.at,
+                 look_.near());
     HitPacket hits;
     rays_.closest_hit16(packet, hits);
     for (std::size_t i = 0; i < segments.size(); ++i) {
       const Segment& s = segments[i];
-      if ((hits.found >> i & 1) && hits.hit[i].t < length(s.y - s.x) - look_.near())
+      if ((hits.found >> i & 1) && hits.hit[i].t < length(s.to.at - s.from.at) - look_.near())
         meet(s, hits.hit[i], tally);
       else
         join(s, tally);
@@ -114,6 +118,11 @@ class SegmentJudge {
   }
 
   ClusterId cluster(PatchId patch) const { return model_.patches[patch.value].cluster; }
+
+  FacePoint face_point(const PatchPoint& p) const { return {p.at, sampler_.plane(p.patch)}; }
+  std::string words(const Segment& s) const {
+    return segment_words(scene_, model_, s.from.patch, s.from.at, s.to.patch, s.to.at);
+  }
 
   // Where the rows' items hold the pair.
   std::optional<std::size_t> entry(ClusterId receiver, ClusterId source) const {
@@ -125,35 +134,25 @@ class SegmentJudge {
 
   void join(const Segment& s, SegmentTally& tally) {
     ++tally.joined;
-    const auto [low, high] = std::minmax({cluster(s.p), cluster(s.q)});
+    const auto [low, high] = std::minmax({cluster(s.from.patch), cluster(s.to.patch)});
     const std::optional<std::size_t> kept = entry(low, high);
     const bool listed = kept && entry(high, low);
     if (listed && witnessed_[*kept].load(std::memory_order_relaxed)) return;
-    const FacePoint x{s.x, sampler_.plane(s.p)}, y{s.y, sampler_.plane(s.q)};
+    const FacePoint x = face_point(s.from), y = face_point(s.to);
     if (look_.crowded(x) || look_.crowded(y) || !look_.surely_free(x, y)) return;
     if (kept) witnessed_[*kept].store(true, std::memory_order_relaxed);
     if (listed) return;
     ++tally.missed_sources;
-    note(tally.sources, [&] {
-      return segment_words(scene_, model_, s.p, s.x, s.q, s.y) +
-             "nothing is in the way, and a row lacks the other cluster";
-    });
+    note(tally.sources,
+         [&] { return words(s) + "nothing is in the way, and a row lacks the other cluster"; });
   }
 
   // What is met first is seen: it is a blocker, and if it is a lit patch's front a source too.
   void meet(const Segment& s, const Hit& hit, SegmentTally& tally) {
     ++tally.blocked;
-    const ClusterId receiver = cluster(s.p);
-    bool listed = false;
-    std::optional<std::size_t> seen;
-    each_patch_at(hit.point, [&](std::uint32_t i) {
-      const Patch& patch = model_.patches[i];
-      if (!entry(receiver, patch.cluster)) return;
-      listed = true;
-      if (patch.inert || dot(sampler_.plane(PatchId(i)).normal, s.y - s.x) >= 0) return;
-      const auto [low, high] = std::minmax({receiver, patch.cluster});
-      seen = entry(low, high);
-    });
+    const ClusterId receiver = cluster(s.from.patch);
+    const bool listed = lists_any_at(receiver, hit);
+    const std::optional<std::size_t> seen = lit_pair_at(s, hit);
     const bool news = seen && !witnessed_[*seen].load(std::memory_order_relaxed);
     if ((listed && !news) || !surely_first(s, hit)) return;
     if (news) witnessed_[*seen].store(true, std::memory_order_relaxed);
@@ -161,27 +160,45 @@ class SegmentJudge {
     ++tally.missed_blockers;
     note(tally.blockers, [&] {
       const Surface& met = scene_.surfaces[hit.id];
-      return segment_words(scene_, model_, s.p, s.x, s.q, s.y) + "first meets '" +
-             scene_.objects[met.object.value].name + "' at " + place_words(scene_, hit.point) +
-             ", which the first one's row lacks";
+      return words(s) + "first meets '" + scene_.objects[met.object.value].name + "' at " +
+             place_words(scene_, hit.point) + ", which the first one's row lacks";
     });
   }
 
-  template <class Visit>
-  void each_patch_at(const Vec3& z, Visit&& visit) const {
-    const Box box{z - Vec3{look_.near()}, z + Vec3{look_.near()}};
-    patches_.visit(box, [&](std::uint32_t i) {
+  // Where the rows hold the start's cluster and that of the lit patch whose front the ray hit.
+  std::optional<std::size_t> lit_pair_at(const Segment& s, const Hit& hit) const {
+    for (const std::uint32_t i : patches_of_[hit.id]) {
+      const Patch& patch = model_.patches[i];
       const Plane& plane = sampler_.plane(PatchId(i));
-      if (std::abs(plane.distance(z)) <= look_.near() &&
-          contains(model_.polygon(model_.patches[i]), plane.normal, z, look_.near()))
-        visit(i);
-    });
+      if (patch.inert || dot(plane.normal, s.to.at - s.from.at) >= 0) continue;
+      if (!contains(model_.polygon(patch), plane.normal, hit.point, look_.near())) continue;
+      const auto [low, high] = std::minmax({cluster(s.from.patch), patch.cluster});
+      return entry(low, high);
+    }
+    return {};
+  }
+
+  // Does the cluster's row list any patch where the ray hit? From either side patches block. Mostly
+  // it is one of the surface that was hit.
+  bool lists_any_at(ClusterId receiver, const Hit& hit) const {
+    const auto listed = [&](std::uint32_t i) {
+      const Patch& patch = model_.patches[i];
+      const Plane& plane = sampler_.plane(PatchId(i));
+      return std::abs(plane.distance(hit.point)) <= look_.near() &&
+             contains(model_.polygon(patch), plane.normal, hit.point, look_.near()) &&
+             entry(receiver, patch.cluster);
+    };
+    if (std::ranges::any_of(patches_of_[hit.id], listed)) return true;
+    const Box box{hit.point - Vec3{look_.near()}, hit.point + Vec3{look_.near()}};
+    bool found = false;
+    tree_.visit(box, [&](std::uint32_t i) { found = found || listed(i); });
+    return found;
   }
 
   bool surely_first(const Segment& s, const Hit& hit) const {
-    const FacePoint x{s.x, sampler_.plane(s.p)};
+    const FacePoint x = face_point(s.from);
     if (look_.crowded(x)) return false;
-    const std::optional<FacePoint> z = look_.sure_crossing(s.x, s.y, SurfaceId(hit.id));
+    const std::optional<FacePoint> z = look_.sure_crossing(s.from.at, s.to.at, SurfaceId(hit.id));
     return z && x.plane.distance(z->at) > look_.width() && look_.surely_free(x, *z);
   }
 
@@ -190,7 +207,8 @@ class SegmentJudge {
   const PatchSampler& sampler_;
   const SecondLook& look_;
   const RayScene& rays_;
-  BoxTree patches_;
+  BoxTree tree_;                              // of patches
+  Rows<std::uint32_t> patches_of_;            // a row a surface
   std::vector<std::atomic<bool>> witnessed_;  // by place in the rows' items
 };
 

@@ -61,9 +61,9 @@ void TubeJudge::judge(RandomStream& random, TubeTally& tally) const {
   const ClusterId source = row[random.below(row.size())];
   if (!sampler_.lit(source)) return;
   const auto end = [&](ClusterId cluster) {
-    const PatchId patch = sampler_.of_cluster(cluster, random);
-    const PolygonView polygon = model_.polygon(model_.patches[patch.value]);
-    return End{patch, sampler_.plane(patch), random_point(polygon, random),
+    const PatchPoint drawn = sampler_.of_cluster(cluster, random);
+    const PolygonView polygon = model_.polygon(model_.patches[drawn.patch.value]);
+    return End{drawn.patch, sampler_.plane(drawn.patch), drawn.at,
                Polygon(polygon.begin(), polygon.end())};
   };
   End p = end(receiver), q = end(source);

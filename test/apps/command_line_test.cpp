@@ -16,7 +16,7 @@ TEST(CommandLine, HelpAndVersionEndWithZero) {
   EXPECT_EQ(help.code, 0);
   for (const char* command :
        {"gen", "inspect", "plan", "solve", "resume", "status", "stop", "check", "probe", "render",
-        "export", "formfactor", "trace"})
+        "export", "formfactor", "trace", "validate"})
     EXPECT_NE(help.out.find(std::string("  ") + command + " "), std::string::npos) << command;
   const Ended version = run({"--version"});
   EXPECT_EQ(version.code, 0);
