@@ -7,6 +7,7 @@
 
 #include "apps/leak_report.h"
 #include "apps/output.h"
+#include "apps/picture/floor_plan.h"
 #include "apps/report_json.h"
 #include "apps/solve_options.h"
 #include "engine/import/inspect.h"
@@ -18,16 +19,19 @@
 namespace atrium {
 namespace {
 
+constexpr std::uint64_t kMostStoreys = 1000;
+
 struct Inspect {
   std::vector<std::string> words;
   ImportOptions scene;
-  std::string visible, cells, portals, leaks_csv;
+  std::string visible, cells, portals, leaks_csv, floor_plan;
+  FloorPlanOptions floor;
   bool leaks = false;
   double leak_size = 0.05;  // m
 
   bool wants_subdivision() const { return !visible.empty() || !cells.empty() || !portals.empty(); }
   bool wants_leaks() const { return leaks || !leaks_csv.empty(); }
-  bool wants_rooms() const { return wants_leaks(); }
+  bool wants_rooms() const { return wants_leaks() || !floor_plan.empty(); }
 };
 
 void print_materials(const std::vector<MaterialReport>& materials) {
@@ -122,7 +126,10 @@ Status write_leaks(const Inspect& options, const Scene& scene, const RoomPlan& p
 Status inspect_rooms(const Inspect& options, const Scene& scene, const Global& global) {
   const RoomPlan plan = find_room_plan(scene);
   if (options.wants_leaks()) ATRIUM_RETURN_IF_ERROR(write_leaks(options, scene, plan, global));
-  return {};
+  if (options.floor_plan.empty()) return {};
+  const Result<std::string> svg = floor_plan_svg(scene, plan, options.floor);
+  if (!svg.ok()) return svg.status();
+  return write_output(options.floor_plan, {*svg});
 }
 
 Result<int> inspect_scene(Inspect& options, const Global& global) {
@@ -189,6 +196,10 @@ Command inspect_command() {
          options->leaks);
   o.text("leaks-csv", "the same as CSV, to a file", options->leaks_csv);
   o.length("leak-size", "openings narrower than this are leaks (5cm)", options->leak_size);
+  o.text("floor-plan", "a level section of its rooms, cells and portals, SVG", options->floor_plan);
+  o.length("height", "of that section above the storey's floor (1.2m)", options->floor.height);
+  o.count("storey", "which storey it cuts, 1 is the lowest (1)", 1, kMostStoreys,
+          [options](std::uint64_t n) { options->floor.storey = n; });
   command.run = [options](const Global& global, Console&) -> Result<int> {
     if (!(options->leak_size > 0))
       return usage_error("--leak-size is nothing", "give it a length, as in 5cm");

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include "engine/disjoint_sets.h"
@@ -221,19 +222,20 @@ class Network {
  public:
   explicit Network(std::size_t most_parts) : sets_(most_parts), entries_(most_parts) {}
 
-  // The pairs of rooms that the opening joins.
-  std::vector<std::array<std::uint32_t, 2>> add(const Ends& ends, const Vec3& at) {
+  // Two rooms that the opening joins, if it does; one hole is one leak, however many rooms a post
+  // in it parts.
+  std::optional<std::array<std::uint32_t, 2>> add(const Ends& ends, const Vec3& at) {
     std::vector<std::size_t> parts;
     for (std::uint32_t name : ends.voids) parts.push_back(part(Kind::kVoid, name));
     for (const auto& row : ends.rooms) {
       for (std::uint32_t space : row) join(room_part(row.front(), at), room_part(space, at));
       parts.push_back(room_part(row.front(), at));
     }
-    std::vector<std::array<std::uint32_t, 2>> joined;
+    std::optional<std::array<std::uint32_t, 2>> joined;
     for (std::size_t other : parts) {
       const std::size_t a = sets_.find(parts.front()), b = sets_.find(other);
-      if (a != b && !entries_[a].empty() && !entries_[b].empty())
-        joined.push_back({nearest(a, at), nearest(b, at)});
+      if (!joined && a != b && !entries_[a].empty() && !entries_[b].empty())
+        joined = {nearest(a, at), nearest(b, at)};
       join(a, b);
     }
     return joined;
@@ -357,13 +359,14 @@ std::vector<Leak> find_leaks(const Scene& scene, const RoomPlan& plan, double si
     Network network(most_parts(row, ends));
     for (std::uint32_t i : row) {
       const NarrowOpening& opening = openings.narrow[i];
-      for (auto [a, b] : network.add(ends[i], opening.widest))
-        leaks.push_back({opening.width,
-                         opening.length,
-                         {std::min(a, b), std::max(a, b)},
-                         objects_around(scene, tree, opening),
-                         opening.widest,
-                         opening.along});
+      const auto rooms = network.add(ends[i], opening.widest);
+      if (!rooms) continue;
+      leaks.push_back({opening.width,
+                       opening.length,
+                       {std::min((*rooms)[0], (*rooms)[1]), std::max((*rooms)[0], (*rooms)[1])},
+                       objects_around(scene, tree, opening),
+                       opening.widest,
+                       opening.along});
     }
   }
   std::stable_sort(leaks.begin(), leaks.end(),
