@@ -20,8 +20,9 @@ namespace {
 
 // As a partition's finest: 0.25 m² in a building of 70 m.
 constexpr double kGrain = 5e-5;
-// What a ball of this size passes is no doorway, but one room.
-constexpr double kArch = 1.5;  // m
+// What a ball of this size passes is no doorway, but one room; and what is open to the outdoors so
+// far, higher than a storey, is outdoors: a hall with large windows is none.
+constexpr double kArch = 1.5, kGate = 3;  // m
 // A ball of this size finds place in a room: more than a wall or a cupboard is deep.
 constexpr double kStanding = 0.8;  // m
 // It is tried at this many places along each side of a cell's box.
@@ -86,8 +87,8 @@ bool is_outer(const ConvexCell& cell) {
                      [](const CellFace& f) { return f.node == CellFace::kOutside; });
 }
 
-// Cells that nothing but air parts, or no more than an arch.
-DisjointSets join_rooms(const RoomPlan& plan) {
+// Cells that nothing but air parts.
+DisjointSets join_open_cells(const RoomPlan& plan) {
   const std::size_t cells = plan.bsp.cells.size();
   const Rooms rooms = find_rooms(plan.bsp, plan.portals, std::vector<bool>(cells, true));
   DisjointSets sets(cells);
@@ -97,18 +98,41 @@ DisjointSets join_rooms(const RoomPlan& plan) {
     if (of_room == kNoSpace) of_room = c;
     sets.join(of_room, c);
   }
+  return sets;
+}
+
+// By set of cells.
+std::vector<bool> outdoor_sets(const RoomPlan& plan, DisjointSets& sets) {
+  std::vector<bool> outdoors(plan.bsp.cells.size(), false);
+  for (std::size_t c = 0; c < plan.bsp.cells.size(); ++c)
+    if (is_outer(plan.bsp.cells[c])) outdoors[sets.find(c)] = true;
+  return outdoors;
+}
+
+// Cells that air, an arch or, outdoors, a gate joins.
+DisjointSets join_rooms(const RoomPlan& plan) {
+  DisjointSets sets = join_open_cells(plan);
+  const std::vector<bool> gate = passable(plan.bsp, plan.portals, plan.groups, kGate);
   const std::vector<bool> arch = passable(plan.bsp, plan.portals, plan.groups, kArch);
   for (std::size_t i = 0; i < plan.portals.size(); ++i)
-    if (arch[i]) sets.join(plan.portals[i].front, plan.portals[i].back);
+    if (gate[i]) sets.join(plan.portals[i].front, plan.portals[i].back);
+  const std::vector<bool> outdoors = outdoor_sets(plan, sets);
+  std::vector<bool> is_outdoors(outdoors.size());
+  for (std::size_t c = 0; c < is_outdoors.size(); ++c) is_outdoors[c] = outdoors[sets.find(c)];
+  for (std::size_t i = 0; i < plan.portals.size(); ++i) {
+    const CellPortal& p = plan.portals[i];
+    if (arch[i] && !is_outdoors[p.front] && !is_outdoors[p.back]) sets.join(p.front, p.back);
+  }
   return sets;
 }
 
 void number_rooms(const Scene& scene, RoomPlan& plan) {
   DisjointSets sets = join_rooms(plan);
   const std::size_t cells = plan.bsp.cells.size();
+  const std::vector<bool> outdoors = outdoor_sets(plan, sets);
   std::vector<std::uint32_t> space(cells, kNoSpace);  // by set
-  for (std::size_t c = 0; c < cells; ++c)
-    if (is_outer(plan.bsp.cells[c])) space[sets.find(c)] = kOutdoors;
+  for (std::size_t set = 0; set < cells; ++set)
+    if (outdoors[set]) space[set] = kOutdoors;
   const BoxTree tree = surface_tree(scene);
   for (std::size_t c = 0; c < cells; ++c) {
     std::uint32_t& of_set = space[sets.find(c)];

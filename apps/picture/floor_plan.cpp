@@ -11,12 +11,13 @@
 namespace atrium {
 namespace {
 
-constexpr double kOneWay = 0.3;       // of all flux: less goes all ways
-constexpr double kLevel = 0.99;       // cosine: a surface this level is a floor
-constexpr double kStoreyShare = 0.3;  // of the largest level's area: less is no storey
-constexpr double kStoreyHeight = 2;   // m: levels nearer to each other are one storey
-constexpr double kSameLevel = 0.01;   // m
-constexpr double kWidth = 1400;       // px, of the plan
+constexpr double kOneWay = 0.3;                  // of all flux: less goes all ways
+constexpr double kLevel = 0.99;                  // cosine: a surface this level is a floor
+constexpr double kStoreyShare = 0.3;             // of the largest level's area: less is no storey
+constexpr double kStoreyHeight = 2;              // m: levels nearer to each other are one storey
+constexpr double kSameLevel = 0.01;              // m
+constexpr double kWidth = 1400, kHeight = 1100;  // px, of the plan at most
+constexpr double kLeastWidth = 900;              // px, of the picture: title and legend
 constexpr double kMargin = 30, kHead = 60, kFoot = 70;    // px
 constexpr double kLabelArea = 1;                          // m²: smaller rooms have no number
 constexpr double kLargestLabel = 16, kSmallestLabel = 6;  // px
@@ -91,11 +92,11 @@ class Section {
     const Vec3 half = 0.5 * bounds.extent();
     half_ = {std::abs(dot(half, across_)), std::abs(dot(half, along_))};
     center_ = {dot(bounds.center(), across_), dot(bounds.center(), along_)};
-    scale_ = kWidth / (2 * std::max(half_.x, half_.y));
+    scale_ = 0.5 * std::min(kWidth / half_.x, kHeight / half_.y);
   }
 
   double scale() const { return scale_; }  // px a metre
-  double width() const { return 2 * half_.x * scale_ + 2 * kMargin; }
+  double width() const { return std::max(kLeastWidth, 2 * half_.x * scale_ + 2 * kMargin); }
   double height() const { return 2 * half_.y * scale_ + kHead + kFoot + 2 * kMargin; }
 
   Vec2 on_paper(const Vec3& x) const {
@@ -176,7 +177,7 @@ class Drawing {
         << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << section_.width()
         << "\" height=\"" << section_.height()
         << "\" font-family=\"sans-serif\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
-        << "<text x=\"" << kMargin << "\" y=\"" << kMargin + 14 << "\" font-size=\"18\">" << title
+        << "<text x=\"" << kMargin << "\" y=\"" << kMargin + 14 << "\" font-size=\"15\">" << title
         << "</text>\n";
   }
 
@@ -215,7 +216,7 @@ class Drawing {
 
   // Those of the storey: between `floor` and `ceiling` along up.
   void lamps(const Vec3& up, double floor, double ceiling) {
-    svg_ << "<g stroke=\"" << kLamp << "\" stroke-width=\"1.2\" fill=\"none\">\n";
+    svg_ << "<g stroke=\"" << kLamp << "\" stroke-width=\"0.7\" fill=\"none\">\n";
     for (const Surface& s : scene_.surfaces) {
       if (!scene_.materials[s.material.value].emits()) continue;
       const PolygonView polygon = scene_.polygon(s);
