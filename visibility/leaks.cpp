@@ -87,59 +87,55 @@ bool is_outer(const ConvexCell& cell) {
                      [](const CellFace& f) { return f.node == CellFace::kOutside; });
 }
 
-// Cells that nothing but air parts.
-DisjointSets join_open_cells(const RoomPlan& plan) {
+// The cells that a ball as high as a storey comes to from the subdivision's rim.
+std::vector<bool> find_outdoors(const RoomPlan& plan) {
   const std::size_t cells = plan.bsp.cells.size();
-  const Rooms rooms = find_rooms(plan.bsp, plan.portals, std::vector<bool>(cells, true));
+  const std::vector<bool> gate = passable(plan.bsp, plan.portals, plan.groups, kGate);
+  std::vector<CellPortal> gates;
+  for (std::size_t i = 0; i < plan.portals.size(); ++i)
+    if (gate[i]) gates.push_back(plan.portals[i]);
+  std::vector<std::uint32_t> outer;
+  for (std::uint32_t c = 0; c < cells; ++c)
+    if (is_outer(plan.bsp.cells[c])) outer.push_back(c);
+  return flood(cells, gates, outer);
+}
+
+// Cells that are not outdoors and that air or an arch joins.
+DisjointSets join_rooms(const RoomPlan& plan, const std::vector<bool>& outdoors) {
+  const std::size_t cells = plan.bsp.cells.size();
+  std::vector<bool> indoors(outdoors);
+  indoors.flip();
+  const Rooms rooms = find_rooms(plan.bsp, plan.portals, indoors);
   DisjointSets sets(cells);
   std::vector<std::uint32_t> first(rooms.count, kNoSpace);
   for (std::uint32_t c = 0; c < cells; ++c) {
+    if (outdoors[c]) continue;
     std::uint32_t& of_room = first[rooms.of_cell[c]];
     if (of_room == kNoSpace) of_room = c;
     sets.join(of_room, c);
   }
-  return sets;
-}
-
-// By set of cells.
-std::vector<bool> outdoor_sets(const RoomPlan& plan, DisjointSets& sets) {
-  std::vector<bool> outdoors(plan.bsp.cells.size(), false);
-  for (std::size_t c = 0; c < plan.bsp.cells.size(); ++c)
-    if (is_outer(plan.bsp.cells[c])) outdoors[sets.find(c)] = true;
-  return outdoors;
-}
-
-// Cells that air, an arch or, outdoors, a gate joins.
-DisjointSets join_rooms(const RoomPlan& plan) {
-  DisjointSets sets = join_open_cells(plan);
-  const std::vector<bool> gate = passable(plan.bsp, plan.portals, plan.groups, kGate);
   const std::vector<bool> arch = passable(plan.bsp, plan.portals, plan.groups, kArch);
-  for (std::size_t i = 0; i < plan.portals.size(); ++i)
-    if (gate[i]) sets.join(plan.portals[i].front, plan.portals[i].back);
-  const std::vector<bool> outdoors = outdoor_sets(plan, sets);
-  std::vector<bool> is_outdoors(outdoors.size());
-  for (std::size_t c = 0; c < is_outdoors.size(); ++c) is_outdoors[c] = outdoors[sets.find(c)];
   for (std::size_t i = 0; i < plan.portals.size(); ++i) {
     const CellPortal& p = plan.portals[i];
-    if (arch[i] && !is_outdoors[p.front] && !is_outdoors[p.back]) sets.join(p.front, p.back);
+    if (arch[i] && indoors[p.front] && indoors[p.back]) sets.join(p.front, p.back);
   }
   return sets;
 }
 
 void number_rooms(const Scene& scene, RoomPlan& plan) {
-  DisjointSets sets = join_rooms(plan);
+  const std::vector<bool> outdoors = find_outdoors(plan);
+  DisjointSets sets = join_rooms(plan, outdoors);
   const std::size_t cells = plan.bsp.cells.size();
-  const std::vector<bool> outdoors = outdoor_sets(plan, sets);
-  std::vector<std::uint32_t> space(cells, kNoSpace);  // by set
-  for (std::size_t set = 0; set < cells; ++set)
-    if (outdoors[set]) space[set] = kOutdoors;
+  std::vector<std::uint32_t> number(cells, kNoSpace);  // by set
   const BoxTree tree = surface_tree(scene);
   for (std::size_t c = 0; c < cells; ++c) {
-    std::uint32_t& of_set = space[sets.find(c)];
-    if (of_set == kNoSpace && holds_standing(scene, tree, plan.bsp.frame, plan.bsp.cells[c]))
+    std::uint32_t& of_set = number[sets.find(c)];
+    if (!outdoors[c] && of_set == kNoSpace &&
+        holds_standing(scene, tree, plan.bsp.frame, plan.bsp.cells[c]))
       of_set = plan.rooms++;
   }
-  for (std::size_t c = 0; c < cells; ++c) plan.space_of_cell.push_back(space[sets.find(c)]);
+  for (std::size_t c = 0; c < cells; ++c)
+    plan.space_of_cell.push_back(outdoors[c] ? kOutdoors : number[sets.find(c)]);
 }
 
 // The rooms that each cell belongs to: its own, or those that it is a passage of; none in a void.
