@@ -5,21 +5,33 @@
 #include <memory>
 #include <sstream>
 
-#include "apps/command.h"
+#include "apps/leak_report.h"
 #include "apps/output.h"
+#include "apps/picture/floor_plan.h"
 #include "apps/report_json.h"
+#include "apps/solve_options.h"
 #include "engine/import/inspect.h"
+#include "scheduler/run_files.h"
 #include "scheduler/solution.h"
+#include "visibility/leaks.h"
+#include "visibility/partition.h"
 
 namespace atrium {
 namespace {
 
-constexpr std::size_t kMostFiles = 4096;  // of one scene
+constexpr std::uint64_t kMostStoreys = 1000;
 
 struct Inspect {
   std::vector<std::string> words;
   ImportOptions scene;
-  std::string visible, cells, portals;
+  std::string visible, cells, portals, leaks_csv, floor_plan;
+  FloorPlanOptions floor;
+  bool leaks = false;
+  double leak_size = 0.05;  // m
+
+  bool wants_subdivision() const { return !visible.empty() || !cells.empty() || !portals.empty(); }
+  bool wants_leaks() const { return leaks || !leaks_csv.empty(); }
+  bool wants_rooms() const { return wants_leaks() || !floor_plan.empty(); }
 };
 
 void print_materials(const std::vector<MaterialReport>& materials) {
@@ -49,20 +61,6 @@ void print_scene(const SceneReport& r) {
   }
 }
 
-Result<int> inspect_scene(Inspect& options, const Global& global) {
-  if (!options.visible.empty() || !options.cells.empty() || !options.portals.empty())
-    return usage_error("--visible, --cells and --portals are of a run", "give a run directory");
-  options.scene.files = options.words;
-  const Result<Scene> scene = import_scene(options.scene);
-  if (!scene.ok()) return scene.status();
-  const SceneReport report = inspect(*scene);
-  if (global.json)
-    std::cout << scene_json(report);
-  else
-    print_scene(report);
-  return 0;
-}
-
 std::string visible_csv(const Model& model) {
   std::string rows = "receiver,source\n";
   for (std::size_t receiver = 0; receiver < model.visible.size(); ++receiver)
@@ -72,26 +70,26 @@ std::string visible_csv(const Model& model) {
 }
 
 // In the scene's units.
-std::string cells_csv(const RunModel& run) {
+std::string cells_csv(const Model& model, const SceneFrame& frame) {
   std::ostringstream rows;
   rows << std::setprecision(17) << "cell,room,lit,x0,y0,z0,x1,y1,z1\n";
-  for (std::size_t i = 0; i < run.model.cells.size(); ++i) {
-    const Cell& cell = run.model.cells[i];
-    const Vec3 lo = run.frame.to_file(cell.bounds.lo), hi = run.frame.to_file(cell.bounds.hi);
+  for (std::size_t i = 0; i < model.cells.size(); ++i) {
+    const Cell& cell = model.cells[i];
+    const Vec3 lo = frame.to_file(cell.bounds.lo), hi = frame.to_file(cell.bounds.hi);
     rows << i << ',' << cell.room << ',' << cell.lit << ',' << lo.x << ',' << lo.y << ',' << lo.z
          << ',' << hi.x << ',' << hi.y << ',' << hi.z << '\n';
   }
   return rows.str();
 }
 
-std::string portals_obj(const RunModel& run) {
+std::string portals_obj(const Model& model, const SceneFrame& frame) {
   std::ostringstream obj;
   obj << std::setprecision(17);
-  for (std::size_t i = 0; i < run.model.portals.size(); ++i) {
-    const Portal& portal = run.model.portals[i];
+  for (std::size_t i = 0; i < model.portals.size(); ++i) {
+    const Portal& portal = model.portals[i];
     obj << "o portal_" << i << "_cells_" << portal.a.value << "_" << portal.b.value << '\n';
     for (std::uint32_t v = 0; v < portal.vertex_count; ++v) {
-      const Vec3 x = run.frame.to_file(run.model.portal_vertices[portal.first_vertex + v]);
+      const Vec3 x = frame.to_file(model.portal_vertices[portal.first_vertex + v]);
       obj << "v " << x.x << ' ' << x.y << ' ' << x.z << '\n';
     }
     obj << 'f';
@@ -102,15 +100,78 @@ std::string portals_obj(const RunModel& run) {
   return obj.str();
 }
 
+Status write_subdivision(const Inspect& options, const Model& model, const SceneFrame& frame) {
+  if (!options.visible.empty())
+    ATRIUM_RETURN_IF_ERROR(write_output(options.visible, {visible_csv(model)}));
+  if (!options.cells.empty())
+    ATRIUM_RETURN_IF_ERROR(write_output(options.cells, {cells_csv(model, frame)}));
+  if (!options.portals.empty())
+    ATRIUM_RETURN_IF_ERROR(write_output(options.portals, {portals_obj(model, frame)}));
+  return {};
+}
+
+Status write_leaks(const Inspect& options, const Scene& scene, const RoomPlan& plan,
+                   const Global& global) {
+  const std::vector<LeakRow> rows = leak_rows(scene, find_leaks(scene, plan, options.leak_size));
+  if (!options.leaks_csv.empty())
+    ATRIUM_RETURN_IF_ERROR(write_output(options.leaks_csv, {leak_csv(rows)}));
+  if (global.json)
+    std::cout << leaks_json(rows);
+  else if (options.leaks)
+    std::cout << leak_table(rows, plan.rooms, options.leak_size);
+  return {};
+}
+
+// What is asked for of the scene's rooms; told in place of what is in the scene.
+Status inspect_rooms(const Inspect& options, const Scene& scene, const Global& global) {
+  const RoomPlan plan = find_room_plan(scene);
+  if (options.wants_leaks()) ATRIUM_RETURN_IF_ERROR(write_leaks(options, scene, plan, global));
+  if (options.floor_plan.empty()) return {};
+  const Result<std::string> svg = floor_plan_svg(scene, plan, options.floor);
+  if (!svg.ok()) return svg.status();
+  return write_output(options.floor_plan, {*svg});
+}
+
+Result<int> inspect_scene(Inspect& options, const Global& global) {
+  options.scene.files = options.words;
+  const Result<Scene> scene = import_scene(options.scene);
+  if (!scene.ok()) return scene.status();
+  if (options.wants_subdivision()) {
+    const Result<Model> model = partition(*scene);
+    if (!model.ok()) return model.status();
+    ATRIUM_RETURN_IF_ERROR(write_subdivision(options, *model, scene->frame));
+  }
+  if (options.wants_rooms()) {
+    ATRIUM_RETURN_IF_ERROR(inspect_rooms(options, *scene, global));
+    return 0;
+  }
+  const SceneReport report = inspect(*scene);
+  if (global.json)
+    std::cout << scene_json(report);
+  else
+    print_scene(report);
+  return 0;
+}
+
+// The scene that a run was begun with, read again.
+Result<Scene> scene_of_run(const std::string& run) {
+  SolveOptions options;
+  ATRIUM_RETURN_IF_ERROR(read_run_toml(run + "/" + RunFiles::name(RunFile::kToml), options));
+  return import_scene(options.scene);
+}
+
 Result<int> inspect_run(const Inspect& options, const Global& global) {
-  const auto solution = Solution::open(options.words.front(), kReadingArena);
+  const std::string& directory = options.words.front();
+  const auto solution = Solution::open(directory, kReadingArena);
   if (!solution.ok()) return solution.status();
   const RunModel& run = (*solution)->run();
-  if (!options.visible.empty())
-    ATRIUM_RETURN_IF_ERROR(write_output(options.visible, {visible_csv(run.model)}));
-  if (!options.cells.empty()) ATRIUM_RETURN_IF_ERROR(write_output(options.cells, {cells_csv(run)}));
-  if (!options.portals.empty())
-    ATRIUM_RETURN_IF_ERROR(write_output(options.portals, {portals_obj(run)}));
+  ATRIUM_RETURN_IF_ERROR(write_subdivision(options, run.model, run.frame));
+  if (options.wants_rooms()) {
+    const Result<Scene> scene = scene_of_run(directory);
+    if (!scene.ok()) return scene.status();
+    ATRIUM_RETURN_IF_ERROR(inspect_rooms(options, *scene, global));
+    return 0;
+  }
   const std::string& summary = (*solution)->summary_json();
   if (global.json)
     std::cout << (summary.empty() ? run_json(run.model) : summary);
@@ -124,14 +185,24 @@ Result<int> inspect_run(const Inspect& options, const Global& global) {
 Command inspect_command() {
   auto options = std::make_shared<Inspect>();
   Command command{"inspect", "what is in a scene or in a run", {}, {}};
-  command.options.argument("SCENE|RUN", "a run directory, or one or more scene files", 1,
-                           kMostFiles, options->words);
-  add_scene_options(command.options, options->scene);
-  command.options.text("visible", "of a run: its pairs of clusters that may see each other, CSV",
-                       options->visible);
-  command.options.text("cells", "of a run: its cells, CSV", options->cells);
-  command.options.text("portals", "of a run: its portals, OBJ", options->portals);
-  command.run = [options](const Global& global, Console&) {
+  OptionSet& o = command.options;
+  o.argument("SCENE|RUN", "a run directory, or one or more scene files", 1, kMostFiles,
+             options->words);
+  add_scene_options(o, options->scene);
+  o.text("visible", "its pairs of clusters that may see each other, CSV", options->visible);
+  o.text("cells", "its cells, CSV", options->cells);
+  o.text("portals", "its portals, OBJ", options->portals);
+  o.flag("leaks", "cracks that join two rooms or a room and the outdoors, the widest first",
+         options->leaks);
+  o.text("leaks-csv", "the same as CSV, to a file", options->leaks_csv);
+  o.length("leak-size", "openings narrower than this are leaks (5cm)", options->leak_size);
+  o.text("floor-plan", "a level section of its rooms, cells and portals, SVG", options->floor_plan);
+  o.length("height", "of that section above the storey's floor (1.2m)", options->floor.height);
+  o.count("storey", "which storey it cuts, 1 is the lowest (1)", 1, kMostStoreys,
+          [options](std::uint64_t n) { options->floor.storey = n; });
+  command.run = [options](const Global& global, Console&) -> Result<int> {
+    if (!(options->leak_size > 0))
+      return usage_error("--leak-size is nothing", "give it a length, as in 5cm");
     std::error_code ignored;
     const bool run = options->words.size() == 1 &&
                      std::filesystem::is_directory(options->words.front(), ignored);

@@ -74,6 +74,22 @@ std::string scene_json(const SceneReport& r) {
                    {"warnings", warnings}});
 }
 
+std::string leaks_json(const std::vector<LeakRow>& leaks) {
+  Json rows = Json::array();
+  for (const LeakRow& l : leaks) {
+    Json rooms = Json::array();
+    for (const std::string& r : l.rooms)
+      rooms.push_back(r == "outdoors" ? Json(r) : Json(std::stoul(r)));
+    rows.push_back({{"width", l.width},
+                    {"length", l.length},
+                    {"rooms", rooms},
+                    {"objects", l.objects},
+                    {"at", triple(l.at)},
+                    {"along", triple(l.along)}});
+  }
+  return document({{"leaks", rows}});
+}
+
 std::string run_json(const Model& model) {
   return document({{"patches", model.patches.size()},
                    {"clusters", model.clusters.size()},

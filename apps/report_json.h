@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/leak_report.h"
 #include "apps/points.h"
 #include "apps/run_look.h"
 #include "apps/trace_report.h"
@@ -21,6 +22,7 @@ namespace atrium {
 std::string generated_json(const std::string& file, std::uint64_t clusters, std::uint64_t patches,
                            std::uint64_t lights);
 std::string scene_json(const SceneReport& report);
+std::string leaks_json(const std::vector<LeakRow>& leaks);
 // Of a run that has no summary yet.
 std::string run_json(const Model& model);
 // The fields of a JSON object, a line each, for people.

@@ -4,34 +4,19 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cmath>
+
+#include "visibility/shaft.h"
 
 namespace atrium {
 
 namespace {
-// Windows that all flows from cells together, or from clusters, may look at; each has its share of
-// them before it is only flooded. A count, not a clock: the same on every machine.
-constexpr std::size_t kMostSteps = 50'000'000;
+// Windows that all flows together may look at; each has its share of them before it is only
+// flooded. A count, not a clock: the same on every machine.
+constexpr std::size_t kMostSteps = 2'000'000'000;
 constexpr std::size_t kLeastSteps = 1000;
-// Portals that expected_steps tries.
-constexpr std::size_t kSample = 128;
-
-std::size_t steps_each(std::size_t flows) {
-  return std::max(kLeastSteps, kMostSteps / std::max<std::size_t>(flows, 1));
-}
+// Windows that a pair's flow may look at before the two count as seeing each other.
+constexpr std::size_t kStepsOfPair = 256;
 }  // namespace
-
-double expected_steps(const PortalGraph& graph) {
-  const std::size_t n = graph.portals.size();
-  const std::size_t stride = std::max<std::size_t>(1, n / kSample);
-  PortalFlow flow(graph);
-  double steps = 0, tried = 0;
-  for (std::size_t p = 0; p < n; p += stride, ++tried) {
-    flow.run_through(static_cast<std::uint32_t>(p), steps_each(n));
-    steps += double(flow.steps());
-  }
-  return tried > 0 ? steps / tried * double(n) : 0;
-}
 
 // Scratch of one thread: a flow, and the clusters found so far, each once.
 struct CellVisibility::Worker {
@@ -47,15 +32,11 @@ struct CellVisibility::Worker {
     found_in[cluster] = run;
     found.push_back(cluster);
   }
-  ClusterRow row() {
-    std::sort(found.begin(), found.end());
-    return found;
-  }
 
   PortalFlow flow;
   std::uint32_t run = 0;
   std::vector<std::uint32_t> found_in;
-  ClusterRow found;
+  std::vector<std::uint32_t> found;
 };
 
 CellVisibility::CellVisibility(const PortalGraph& graph, const Frame& frame,
@@ -64,8 +45,11 @@ CellVisibility::CellVisibility(const PortalGraph& graph, const Frame& frame,
       frame_(frame),
       places_(std::move(places)),
       places_in_(graph.out_of.size()),
-      clusters_(clusters) {
-  for (std::uint32_t i = 0; i < places_.size(); ++i) places_in_[places_[i].cell].push_back(i);
+      places_of_(clusters) {
+  for (std::uint32_t i = 0; i < places_.size(); ++i) {
+    places_in_[places_[i].cell].push_back(i);
+    places_of_[places_[i].cluster].push_back(i);
+  }
 }
 
 bool CellVisibility::seen(const ClusterInCell& place, std::span<const Plane> planes) const {
@@ -79,66 +63,80 @@ bool CellVisibility::seen(const ClusterInCell& place, std::span<const Plane> pla
   });
 }
 
-void CellVisibility::collect_cell(std::uint32_t cell, Worker& worker) const {
-  for (std::uint32_t i : places_in_[cell]) worker.add(places_[i].cluster);
+// All that is seen from the cluster's places.
+void CellVisibility::collect(std::uint32_t cluster, Worker& worker) const {
+  const std::size_t steps = std::max(kLeastSteps, kMostSteps / places_.size());
+  for (std::uint32_t from : places_of_[cluster]) {
+    const ClusterInCell& place = places_[from];
+    for (std::uint32_t i : places_in_[place.cell]) worker.add(places_[i].cluster);
+    worker.flow.run_from_cell(corners_of(frame_, place.box, graph_.tolerance), place.cell, steps);
+    worker.flow.each_seen([&](const SeenSpace& space) {
+      for (std::uint32_t i : places_in_[space.cell])
+        if (!worker.has(places_[i].cluster) && seen(places_[i], space.planes))
+          worker.add(places_[i].cluster);
+    });
+  }
 }
 
-void CellVisibility::collect_flow(Worker& worker) const {
-  worker.flow.each_seen([&](const SeenSpace& space) {
-    for (std::uint32_t i : places_in_[space.cell])
-      if (!worker.has(places_[i].cluster) && seen(places_[i], space.planes))
-        worker.add(places_[i].cluster);
+PairRows CellVisibility::seen_pairs() const {
+  const std::size_t n = places_of_.size();
+  tbb::enumerable_thread_specific<Worker> workers([&] { return Worker(graph_, n); });
+  PairRows rows(n);
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t c) {
+    Worker& worker = workers.local();
+    worker.begin();
+    collect(static_cast<std::uint32_t>(c), worker);
+    std::sort(worker.found.begin(), worker.found.end());
+    rows[c].assign(worker.found.begin(), worker.found.end());
   });
+  // Sight goes both ways: a pair that one of the two does not see is none.
+  PairRows pairs(n);
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t c) {
+    const auto self = static_cast<std::uint32_t>(c);
+    const auto later = std::lower_bound(rows[c].begin(), rows[c].end(), self);
+    std::copy_if(later, rows[c].end(), std::back_inserter(pairs[c]), [&](std::uint32_t d) {
+      return std::binary_search(rows[d].begin(), rows[d].end(), self);
+    });
+  });
+  return pairs;
 }
 
-std::vector<CellVisibility::ClusterRow> CellVisibility::from_cells() const {
-  tbb::enumerable_thread_specific<Worker> workers([&] { return Worker(graph_, clusters_); });
-  std::vector<ClusterRow> through(graph_.portals.size());
-  const std::size_t steps = steps_each(through.size());
-  tbb::parallel_for(std::size_t{0}, through.size(), [&](std::size_t p) {
-    Worker& worker = workers.local();
-    worker.begin();
-    const DirectedPortal& portal = graph_.portals[p];
-    for (std::uint32_t i : places_in_[portal.to])
-      if (seen(places_[i], {&portal.plane, 1})) worker.add(places_[i].cluster);
-    worker.flow.run_through(static_cast<std::uint32_t>(p), steps);
-    collect_flow(worker);
-    through[p] = worker.row();
-  });
-  std::vector<ClusterRow> rows(graph_.out_of.size());
-  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t c) {
-    if (places_in_[c].empty()) return;
-    Worker& worker = workers.local();
-    worker.begin();
-    collect_cell(static_cast<std::uint32_t>(c), worker);
-    for (std::uint32_t p : graph_.out_of[c])
-      for (std::uint32_t cluster : through[p]) worker.add(cluster);
-    rows[c] = worker.row();
-  });
-  return rows;
+// In the frame both are boxes along the axes.
+std::vector<Plane> CellVisibility::shaft_of(const Box& a, const Box& b) const {
+  const Shaft shaft = make_shaft(a, b, graph_.tolerance);
+  std::vector<Plane> planes(shaft.planes.begin(), shaft.planes.begin() + shaft.plane_count);
+  for (int k = 0; k < 3; ++k) {
+    Vec3 axis{0};
+    axis[k] = 1;
+    planes.push_back({axis, shaft.box.lo[k]});
+    planes.push_back({-axis, -shaft.box.hi[k]});
+  }
+  for (Plane& p : planes) {
+    p.normal = p.normal.x * frame_.u + p.normal.y * frame_.v + p.normal.z * frame_.n;
+    p.offset += dot(p.normal, frame_.origin);
+  }
+  return planes;
 }
 
-std::vector<CellVisibility::ClusterRow> CellVisibility::from_clusters(
-    const std::vector<ClusterRow>& allowed) const {
-  tbb::enumerable_thread_specific<Worker> workers([&] { return Worker(graph_, clusters_); });
-  std::vector<std::vector<std::uint32_t>> places_of(clusters_);
-  for (std::uint32_t i = 0; i < places_.size(); ++i) places_of[places_[i].cluster].push_back(i);
-  std::vector<ClusterRow> rows(clusters_);
-  const std::size_t steps = steps_each(places_.size());
-  tbb::parallel_for(std::size_t{0}, clusters_, [&](std::size_t c) {
-    Worker& worker = workers.local();
-    worker.begin();
-    for (std::uint32_t i : places_of[c]) {
-      const ClusterInCell& place = places_[i];
-      collect_cell(place.cell, worker);
-      worker.flow.run_from_cell(corners_of(frame_, place.box, graph_.tolerance), place.cell, steps);
-      collect_flow(worker);
-    }
-    const ClusterRow row = worker.row();
-    std::set_intersection(row.begin(), row.end(), allowed[c].begin(), allowed[c].end(),
-                          std::back_inserter(rows[c]));
-  });
-  return rows;
+bool CellVisibility::PairJudge::joined(const ClusterInCell& a, const ClusterInCell& b) {
+  const std::vector<Vec3> source = corners_of(sight_.frame_, a.box, sight_.graph_.tolerance);
+  return flow_.run_within(
+      source, a.cell, sight_.shaft_of(a.box, b.box), kStepsOfPair, [&](const SeenSpace& space) {
+        return space.cell == b.cell && sight_.seen(b, space.planes);
+      });
+}
+
+bool CellVisibility::PairJudge::joined(std::uint32_t c, std::uint32_t d) {
+  const auto &from = sight_.places_of_[c], &to = sight_.places_of_[d];
+  const auto any = [&](auto&& holds) {
+    return std::any_of(from.begin(), from.end(), [&](std::uint32_t i) {
+      return std::any_of(to.begin(), to.end(), [&](std::uint32_t j) {
+        return holds(sight_.places_[i], sight_.places_[j]);
+      });
+    });
+  };
+  return any([](const ClusterInCell& a, const ClusterInCell& b) { return a.cell == b.cell; }) ||
+         any([this](const ClusterInCell& a, const ClusterInCell& b) { return joined(a, b); });
 }
 
 }  // namespace atrium

@@ -1,9 +1,9 @@
-// Cell to cluster: which clusters can be seen from a cell, through sequences of portals, and from
-// what one cell has of a cluster. [THFH94 §5]
+// Cluster to cluster: what can be seen from what each cell has of a cluster, through sequences of
+// portals. [THFH94 §5; Teller 92]
 //
 // Invariants:
-//  1. Conservative: a cluster that any point of the source sees is in its row.
-//  2. Rows are sorted, and do not depend on the number of threads.
+//  1. Conservative: two clusters of which any two points see each other are a pair.
+//  2. Pairs are sorted, and do not depend on the number of threads.
 #pragma once
 
 #include <cstdint>
@@ -20,34 +20,40 @@ struct ClusterInCell {
   Box box;  // in coordinates of the frame
 };
 
-// About how many windows flows from all portals will look at: from a few of them, evenly taken.
-double expected_steps(const PortalGraph& graph);
+// A row a cluster, sorted: itself and clusters after it. A pair stands in the row of its first.
+using PairRows = std::vector<std::vector<std::uint32_t>>;
 
 class CellVisibility {
  public:
-  using ClusterRow = std::vector<std::uint32_t>;
-
   CellVisibility(const PortalGraph& graph, const Frame& frame, std::vector<ClusterInCell> places,
                  std::size_t clusters);
 
-  // A row a cell: the clusters seen from anywhere in it, its own included.
-  std::vector<ClusterRow> from_cells() const;
+  // The pairs of which either sees the other's boxes from its own.
+  PairRows seen_pairs() const;
 
-  // A row a cluster: what is seen from its boxes, within `allowed`, its row of clusters that may
-  // be at all.
-  std::vector<ClusterRow> from_clusters(const std::vector<ClusterRow>& allowed) const;
+  // Is there a place of c and one of d between which sight spreads within the shaft of both?
+  class PairJudge {
+   public:
+    explicit PairJudge(const CellVisibility& sight) : sight_(sight), flow_(sight.graph_) {}
+    bool joined(std::uint32_t c, std::uint32_t d);
+
+   private:
+    bool joined(const ClusterInCell& a, const ClusterInCell& b);
+    const CellVisibility& sight_;
+    PortalFlow flow_;
+  };
 
  private:
   struct Worker;
   bool seen(const ClusterInCell& place, std::span<const Plane> planes) const;
-  void collect_cell(std::uint32_t cell, Worker& worker) const;
-  void collect_flow(Worker& worker) const;
+  void collect(std::uint32_t cluster, Worker& worker) const;
+  std::vector<Plane> shaft_of(const Box& a, const Box& b) const;
 
   const PortalGraph& graph_;
   Frame frame_;
   std::vector<ClusterInCell> places_;
   std::vector<std::vector<std::uint32_t>> places_in_;  // by cell
-  std::size_t clusters_;
+  std::vector<std::vector<std::uint32_t>> places_of_;  // by cluster
 };
 
 }  // namespace atrium

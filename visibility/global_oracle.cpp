@@ -1,9 +1,7 @@
 #include "visibility/global_oracle.h"
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
-
-#include <algorithm>
-#include <iterator>
 
 #include "visibility/facing.h"
 
@@ -11,48 +9,32 @@ namespace atrium {
 
 namespace {
 
-using ClusterRow = CellVisibility::ClusterRow;
-
-// Keeps j in row i only where i is in row j too: sight goes both ways.
-std::vector<ClusterRow> both_ways(const std::vector<ClusterRow>& rows) {
-  std::vector<ClusterRow> out(rows.size());
-  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
-    std::copy_if(rows[i].begin(), rows[i].end(), std::back_inserter(out[i]), [&](std::uint32_t j) {
-      return std::binary_search(rows[j].begin(), rows[j].end(), static_cast<std::uint32_t>(i));
-    });
+// Leaves the pairs for which `holds`.
+template <class Holds>
+void keep_pairs(PairRows& pairs, Holds&& holds) {
+  tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t c) {
+    std::erase_if(pairs[c],
+                  [&](std::uint32_t d) { return !holds(static_cast<std::uint32_t>(c), d); });
   });
-  return out;
 }
 
-// A cluster sees what its cells see.
-std::vector<ClusterRow> by_cells(const std::vector<ClusterRow>& from_cells, const Model& model) {
-  std::vector<ClusterRow> rows(model.clusters.size());
-  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t c) {
-    ClusterRow& row = rows[c];
-    for (CellId cell : model.cells_of_cluster[c])
-      row.insert(row.end(), from_cells[cell.value].begin(), from_cells[cell.value].end());
-    std::sort(row.begin(), row.end());
-    row.erase(std::unique(row.begin(), row.end()), row.end());
-  });
-  return rows;
-}
-
-std::vector<ClusterRow> those_facing(const std::vector<ClusterRow>& rows, const Model& model) {
-  const Facing facing(model);
-  // The lower of two decides for both.
-  std::vector<ClusterRow> later(rows.size()), out(rows.size());
-  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
-    const auto self = static_cast<std::uint32_t>(i);
-    std::copy_if(rows[i].begin(), rows[i].end(), std::back_inserter(later[i]),
-                 [&](std::uint32_t j) { return j >= self && facing.may_see(self, j); });
-  });
-  for (std::uint32_t i = 0; i < rows.size(); ++i)
-    for (std::uint32_t j : later[i]) {
-      out[i].push_back(j);
-      if (j != i) out[j].push_back(i);
+Rows<ClusterId> both_ways(const PairRows& pairs) {
+  Rows<ClusterId> rows;
+  std::vector<std::uint32_t> length(pairs.size(), 0);
+  for (std::uint32_t c = 0; c < pairs.size(); ++c)
+    for (std::uint32_t d : pairs[c]) {
+      ++length[c];
+      if (d != c) ++length[d];
     }
-  for (ClusterRow& row : out) std::sort(row.begin(), row.end());
-  return out;
+  for (std::uint32_t n : length) rows.starts.push_back(rows.starts.back() + n);
+  rows.items.resize(rows.starts.back());
+  std::vector<std::uint32_t> end(rows.starts.begin(), rows.starts.end() - 1);
+  for (std::uint32_t c = 0; c < pairs.size(); ++c)
+    for (std::uint32_t d : pairs[c])
+      if (d != c) rows.items[end[d]++] = ClusterId(c);
+  for (std::uint32_t c = 0; c < pairs.size(); ++c)
+    for (std::uint32_t d : pairs[c]) rows.items[end[c]++] = ClusterId(d);
+  return rows;
 }
 
 }  // namespace
@@ -61,16 +43,12 @@ Rows<ClusterId> find_visible(const Bsp& bsp, const std::vector<CellPortal>& lit_
                              const Model& model, std::vector<ClusterInCell> places) {
   const PortalGraph graph = make_graph(bsp, lit_portals);
   const CellVisibility sight(graph, bsp.frame, std::move(places), model.clusters.size());
-  std::vector<ClusterRow> rows = both_ways(by_cells(sight.from_cells(), model));
-  rows = those_facing(rows, model);
-  rows = both_ways(sight.from_clusters(rows));
-  Rows<ClusterId> visible;
-  for (const ClusterRow& row : rows) {
-    std::vector<ClusterId> ids;
-    for (std::uint32_t j : row) ids.push_back(ClusterId(j));
-    visible.push_row(ids);
-  }
-  return visible;
+  PairRows pairs = sight.seen_pairs();
+  const Facing facing(model);
+  keep_pairs(pairs, [&](std::uint32_t c, std::uint32_t d) { return facing.may_see(c, d); });
+  tbb::enumerable_thread_specific<CellVisibility::PairJudge> judges(sight);
+  keep_pairs(pairs, [&](std::uint32_t c, std::uint32_t d) { return judges.local().joined(c, d); });
+  return both_ways(pairs);
 }
 
 }  // namespace atrium

@@ -1,7 +1,6 @@
 #include "visibility/partition.h"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <tuple>
 
@@ -15,10 +14,8 @@ namespace atrium {
 
 namespace {
 
-// Grains of the subdivision: 0.25 m² in a building of 70 m, and up.
-constexpr double kFinestGrain = 5e-5, kCoarsestGrain = 5e-3, kGrainStep = 2;
-// Windows that flows from all portals may look at before the grain is made coarser: some seconds.
-constexpr double kAffordableSteps = 1e7;
+// Grain of the subdivision: 0.25 m² in a building of 70 m.
+constexpr double kGrain = 5e-5;
 
 struct Space {
   Bsp bsp;
@@ -64,9 +61,9 @@ std::vector<CellJoint> joints(const std::vector<CellPortal>& portals) {
   return out;
 }
 
-Space divide_space(const Scene& scene, double grain) {
+Space divide_space(const Scene& scene) {
   Space space;
-  space.bsp = build_bsp(scene, grain);
+  space.bsp = build_bsp(scene, kGrain);
   const auto light = [&] {
     space.portals = find_portals(space.bsp);
     space.lit = flood(space.bsp.cells.size(), space.portals, cells_of_emitters(scene, space.bsp));
@@ -77,21 +74,6 @@ Space divide_space(const Scene& scene, double grain) {
   std::erase_if(space.portals, [&](const CellPortal& p) { return !space.lit[p.front]; });
   space.rooms = find_rooms(space.bsp, space.portals, space.lit);
   return space;
-}
-
-// As finely as can be searched: where furniture in the open would make portals that all see each
-// other, only larger planes part space. Coarser is not always cheaper: large cells join what small
-// ones hold apart.
-Space divide_space(const Scene& scene) {
-  Space best;
-  double least = std::numeric_limits<double>::infinity();
-  for (double grain = kFinestGrain; grain <= kCoarsestGrain; grain *= kGrainStep) {
-    Space space = divide_space(scene, grain);
-    const double steps = expected_steps(make_graph(space.bsp, space.portals));
-    if (steps < least) best = std::move(space), least = steps;
-    if (least <= kAffordableSteps) break;
-  }
-  return best;
 }
 
 // The room that has most of the patch.

@@ -155,6 +155,7 @@ void PortalFlow::start(std::span<const Vec3> source, std::size_t most_steps) {
   reached_.clear();
   queue_.clear();
   planes_.clear();
+  limits_ = {};
 }
 
 void PortalFlow::run_from_cell(std::span<const Vec3> source, std::uint32_t cell,
@@ -162,7 +163,7 @@ void PortalFlow::run_from_cell(std::span<const Vec3> source, std::uint32_t cell,
   source_portal_ = kNone;
   start(source, most_steps);
   spread(cell, kNone);
-  drain();
+  while (!queue_.empty()) expand_next();
 }
 
 void PortalFlow::run_through(std::uint32_t portal, std::size_t most_steps) {
@@ -170,24 +171,24 @@ void PortalFlow::run_through(std::uint32_t portal, std::size_t most_steps) {
   start(graph_.portals[portal].polygon, most_steps);
   planes_.push_back(graph_.portals[portal].plane);
   spread(graph_.portals[portal].to, portal);
-  drain();
+  while (!queue_.empty()) expand_next();
 }
 
 bool PortalFlow::later(const Waiting& a, const Waiting& b) {
   return a.distance != b.distance ? a.distance > b.distance : a.portal > b.portal;
 }
 
-void PortalFlow::drain() {
-  while (!queue_.empty()) {
-    std::pop_heap(queue_.begin(), queue_.end(), later);
-    const std::uint32_t portal = queue_.back().portal;
-    queue_.pop_back();
-    windows_[portal].queued = false;
-    ++windows_[portal].visits;
-    bounding_planes(portal);
-    spread(graph_.portals[portal].to, portal);
-    windows_[portal].planes.assign(planes_.begin(), planes_.end());
-  }
+// Expands the nearest waiting portal.
+std::uint32_t PortalFlow::expand_next() {
+  std::pop_heap(queue_.begin(), queue_.end(), later);
+  const std::uint32_t portal = queue_.back().portal;
+  queue_.pop_back();
+  windows_[portal].queued = false;
+  ++windows_[portal].visits;
+  bounding_planes(portal);
+  spread(graph_.portals[portal].to, portal);
+  windows_[portal].planes.assign(planes_.begin(), planes_.end());
+  return portal;
 }
 
 // The planes that bound what is seen through a reached portal's window.
@@ -223,11 +224,12 @@ void PortalFlow::spread(std::uint32_t cell, std::uint32_t entered) {
 bool PortalFlow::see(const DirectedPortal& portal) {
   const double tolerance = graph_.tolerance;
   cutting_.clear();
-  for (const Plane& plane : planes_) {
-    const double d = plane.distance(portal.center);
-    if (d + portal.radius <= tolerance) return false;
-    if (d - portal.radius < -tolerance) cutting_.push_back(&plane);
-  }
+  for (const std::span<const Plane> planes : {limits_, std::span<const Plane>(planes_)})
+    for (const Plane& plane : planes) {
+      const double d = plane.distance(portal.center);
+      if (d + portal.radius <= tolerance) return false;
+      if (d - portal.radius < -tolerance) cutting_.push_back(&plane);
+    }
   seen_.assign(portal.polygon.begin(), portal.polygon.end());
   for (const Plane* plane : cutting_) {
     keep_seen(seen_, *plane, tolerance, scratch_);

@@ -56,6 +56,23 @@ class PortalFlow {
   void run_from_cell(std::span<const Vec3> source, std::uint32_t cell, std::size_t most_steps);
   void run_through(std::uint32_t portal, std::size_t most_steps);
 
+  // From a convex source in a cell within limits, planes before which all lines of interest lie,
+  // until `found` says of some of what is seen that it will do. Did it? Past `most_steps` it did.
+  template <class Found>
+  bool run_within(std::span<const Vec3> source, std::uint32_t cell, std::span<const Plane> limits,
+                  std::size_t most_steps, Found&& found) {
+    source_portal_ = kNone;
+    start(source, most_steps);
+    limits_ = limits;
+    spread(cell, kNone);
+    bool done = false;
+    while (!done && !queue_.empty()) {
+      const std::uint32_t portal = expand_next();
+      done = flooded_ || found(SeenSpace{graph_.portals[portal].to, windows_[portal].planes});
+    }
+    return done;
+  }
+
   template <class Visit>
   void each_seen(Visit&& visit) const {
     for (std::uint32_t portal : reached_)
@@ -83,7 +100,7 @@ class PortalFlow {
   static bool later(const Waiting& a, const Waiting& b);
   void start(std::span<const Vec3> source, std::size_t most_steps);
   void spread(std::uint32_t cell, std::uint32_t entered);
-  void drain();
+  std::uint32_t expand_next();
   bool see(const DirectedPortal& portal);
   void reach(std::uint32_t portal);
   void bounding_planes(std::uint32_t portal);
@@ -100,6 +117,7 @@ class PortalFlow {
   std::vector<std::uint32_t> reached_;
   std::vector<Waiting> queue_;
   std::vector<Plane> planes_;
+  std::span<const Plane> limits_;
   std::vector<const Plane*> cutting_;
   Polygon seen_, scratch_;
 };

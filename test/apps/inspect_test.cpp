@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <numbers>
 #include <set>
 #include <sstream>
@@ -76,6 +78,103 @@ TEST(Inspect, RunHasTheSummarysFieldsAndItsTables) {
       EXPECT_TRUE(a == b || pairs.contains({a, b})) << a << "," << b;
   EXPECT_EQ(read_file(folder / "cells.csv").rfind("cell,room,lit,", 0), 0u);
   EXPECT_TRUE(std::filesystem::exists(folder / "portals.obj"));
+}
+
+TEST(Inspect, SceneHasTheTablesOfItsRun) {
+  const Folder folder;
+  const std::string scene = folder / "rooms.obj", run_directory = folder / "run";
+  ASSERT_EQ(run({"gen", "rooms", "--grid", "2", "-o", scene}).code, 0);
+  ASSERT_EQ(run({"solve", scene, "-o", run_directory, "--memory", "64MiB", "--error", "20%"}).code,
+            0);
+  for (const char* table : {"--cells", "--portals", "--visible"}) {
+    ASSERT_EQ(run({"inspect", scene, table, folder / "scene"}).code, 0) << table;
+    ASSERT_EQ(run({"inspect", run_directory, table, folder / "run-table"}).code, 0) << table;
+    EXPECT_FALSE(read_file(folder / "scene").empty());
+    EXPECT_EQ(read_file(folder / "scene"), read_file(folder / "run-table")) << table;
+  }
+}
+
+// Boxes as a modeller leaves them, in centimetres: two rooms of 4 × 4 × 3 m, 0.2 m of wall around
+// them and between, and `gap` between that wall and the ceiling. No lamps.
+std::string two_rooms_obj(double gap) {
+  std::ostringstream obj;
+  int vertices = 0;
+  const auto box = [&](const std::string& name, std::array<double, 3> lo,
+                       std::array<double, 3> hi) {
+    obj << "o " << name << '\n';
+    for (int i = 0; i < 8; ++i)
+      obj << "v " << (i & 1 ? hi : lo)[0] << ' ' << (i & 2 ? hi : lo)[1] << ' '
+          << (i & 4 ? hi : lo)[2] << '\n';
+    for (const std::array<int, 4>& f : {std::array{1, 3, 4, 2},
+                                        {5, 6, 8, 7},
+                                        {1, 2, 6, 5},
+                                        {3, 7, 8, 4},
+                                        {1, 5, 7, 3},
+                                        {2, 4, 8, 6}})
+      obj << "f " << vertices + f[0] << ' ' << vertices + f[1] << ' ' << vertices + f[2] << ' '
+          << vertices + f[3] << '\n';
+    vertices += 8;
+  };
+  box("floor", {-20, -20, -20}, {840, 420, 0});
+  box("ceiling", {-20, -20, 300}, {840, 420, 320});
+  box("west", {-20, -20, 0}, {0, 420, 300});
+  box("east", {820, -20, 0}, {840, 420, 300});
+  box("south", {0, -20, 0}, {820, 0, 300});
+  box("north", {0, 400, 0}, {820, 420, 300});
+  box("partition", {400, 0, 0}, {420, 400, 300 - gap});
+  return obj.str();
+}
+
+TEST(Inspect, LeaksNameAPlantedGapAndNoneWithoutIt) {
+  const Folder folder;
+  const std::string scene = folder / "rooms.obj";
+  write_file(scene, two_rooms_obj(1));
+  const Ended e = run({"inspect", scene, "--unit", "cm", "--leaks", "--json"});
+  ASSERT_EQ(e.code, 0) << e.err;
+  const Json leaks = Json::parse(e.out)["leaks"];
+  ASSERT_EQ(leaks.size(), 1u);
+  constexpr double kGap = 0.01, kLong = 4, kShare = 0.01;  // m; relative
+  EXPECT_NEAR(leaks[0]["width"].get<double>(), kGap, kShare * kGap);
+  EXPECT_NEAR(leaks[0]["length"].get<double>(), kLong, kShare * kLong);
+  EXPECT_EQ(leaks[0]["rooms"], Json({0, 1}));
+  EXPECT_NEAR(leaks[0]["at"][2].get<double>(), 299.5, 0.1);  // cm: the middle of the gap
+  const auto objects = leaks[0]["objects"].get<std::set<std::string>>();
+  EXPECT_TRUE(objects.contains("partition") && objects.contains("ceiling"));
+
+  ASSERT_EQ(run({"inspect", scene, "--unit", "cm", "--leaks-csv", folder / "leaks.csv"}).code, 0);
+  const std::string csv = read_file(folder / "leaks.csv");
+  EXPECT_EQ(csv.rfind("width,length,room_a,room_b,x,y,z,", 0), 0u);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 2);
+
+  const Ended smaller = run({"inspect", scene, "--unit", "cm", "--leaks", "--leak-size", "9mm"});
+  EXPECT_NE(smaller.out.find("lead outdoors: 0"), std::string::npos) << smaller.out;
+  write_file(scene, two_rooms_obj(0));
+  const Ended closed = run({"inspect", scene, "--unit", "cm", "--leaks", "--json"});
+  EXPECT_EQ(Json::parse(closed.out)["leaks"].size(), 0u);
+  EXPECT_EQ(run({"inspect", scene, "--leaks", "--leak-size", "0"}).code, 2);
+}
+
+TEST(Inspect, FloorPlanNumbersTheRoomsItCuts) {
+  const Folder folder;
+  const std::string scene = folder / "rooms.obj", plan = folder / "plan.svg";
+  write_file(scene, two_rooms_obj(0));
+  ASSERT_EQ(run({"inspect", scene, "--unit", "cm", "--floor-plan", plan}).code, 0);
+  const std::string svg = read_file(plan);
+  EXPECT_EQ(svg.rfind("<svg ", 0), 0u);
+  for (const char* label : {">0</text>", ">1</text>"})
+    EXPECT_NE(svg.find(label), std::string::npos) << label;
+  EXPECT_EQ(svg.find(">2</text>"), std::string::npos);
+  // Above the roof there is nothing to number.
+  ASSERT_EQ(run({"inspect", scene, "--unit", "cm", "--floor-plan", plan, "--height", "9m"}).code,
+            0);
+  EXPECT_EQ(read_file(plan).find(">0</text>"), std::string::npos);
+  EXPECT_EQ(run({"inspect", scene, "--unit", "cm", "--floor-plan", plan, "--storey", "9"}).code, 2);
+}
+
+TEST(Inspect, LeaksOfARunAreThoseOfItsScene) {
+  const Ended e = run({"inspect", furnace_run(), "--leaks", "--json"});
+  ASSERT_EQ(e.code, 0) << e.err;
+  EXPECT_EQ(Json::parse(e.out)["leaks"].size(), 0u);
 }
 
 }  // namespace

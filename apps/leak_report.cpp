@@ -1,0 +1,88 @@
+#include "apps/leak_report.h"
+
+#include <iomanip>
+#include <sstream>
+
+#include "engine/quantity.h"
+
+namespace atrium {
+namespace {
+
+constexpr std::size_t kNamed = 4;                    // objects of a leak in the table
+constexpr int kSize = 11, kRooms = 20, kPlace = 30;  // columns
+constexpr int kPlaceDigits = 5;
+
+std::string room_name(std::uint32_t space) {
+  return space == kOutdoors ? "outdoors" : std::to_string(space);
+}
+
+std::string place(const Vec3& x) {
+  std::ostringstream text;
+  text << std::setprecision(kPlaceDigits) << x.x << ' ' << x.y << ' ' << x.z;
+  return text.str();
+}
+
+std::string objects_text(const std::vector<std::string>& objects) {
+  std::string text;
+  for (std::size_t i = 0; i < objects.size() && i < kNamed; ++i)
+    text += (i > 0 ? ", " : "") + objects[i];
+  if (objects.size() > kNamed) text += " and " + std::to_string(objects.size() - kNamed) + " more";
+  return text;
+}
+
+// A CSV field: quoted, its quotes doubled.
+std::string csv_field(const std::string& text) {
+  std::string field = "\"";
+  for (const char c : text) field += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return field + "\"";
+}
+
+}  // namespace
+
+std::vector<LeakRow> leak_rows(const Scene& scene, const std::vector<Leak>& leaks) {
+  std::vector<LeakRow> rows;
+  for (const Leak& leak : leaks) {
+    LeakRow row{leak.width,
+                leak.length,
+                {room_name(leak.spaces[0]), room_name(leak.spaces[1])},
+                {},
+                scene.frame.to_file(leak.at),
+                leak.along};
+    for (const ObjectId object : leak.objects)
+      row.objects.push_back(scene.objects[object.value].name);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+std::string leak_table(const std::vector<LeakRow>& leaks, std::uint32_t rooms, double size) {
+  std::ostringstream text;
+  text << rooms << " rooms; openings below " << format_length(size)
+       << " that join two of them or lead outdoors: " << leaks.size() << '\n';
+  if (leaks.empty()) return text.str();
+  text << std::left << '\n'
+       << std::setw(kSize) << "width" << std::setw(kSize) << "length" << std::setw(kRooms)
+       << "rooms" << std::setw(kPlace) << "at"
+       << "objects around it\n";
+  for (const LeakRow& leak : leaks)
+    text << std::setw(kSize) << format_length(leak.width) << std::setw(kSize)
+         << format_length(leak.length) << std::setw(kRooms) << leak.rooms[0] + ", " + leak.rooms[1]
+         << std::setw(kPlace) << place(leak.at) << objects_text(leak.objects) << '\n';
+  return text.str();
+}
+
+std::string leak_csv(const std::vector<LeakRow>& leaks) {
+  std::ostringstream rows;
+  rows << std::setprecision(17) << "width,length,room_a,room_b,x,y,z,along_x,along_y,along_z,"
+       << "objects\n";
+  for (const LeakRow& leak : leaks) {
+    std::string objects;
+    for (const std::string& name : leak.objects) objects += (objects.empty() ? "" : "; ") + name;
+    rows << leak.width << ',' << leak.length << ',' << leak.rooms[0] << ',' << leak.rooms[1];
+    for (const Vec3& v : {leak.at, leak.along}) rows << ',' << v.x << ',' << v.y << ',' << v.z;
+    rows << ',' << csv_field(objects) << '\n';
+  }
+  return rows.str();
+}
+
+}  // namespace atrium

@@ -1,0 +1,285 @@
+#include "visibility/opening.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <polyclipping/clipper.hpp>
+
+#include "engine/disjoint_sets.h"
+#include "visibility/box_tree.h"
+
+namespace atrium {
+
+namespace {
+
+using ClipperLib::Path;
+using ClipperLib::Paths;
+using ClipperLib::PolyNode;
+
+// Sines of angles between planes below this are none.
+constexpr double kSamePlane = 1e-6;
+// A grid step is this share of the tolerance.
+constexpr double kGridOfTolerance = 0.1;
+// Corners sharper than this many offsets are cut when a region is grown.
+constexpr double kMiterLimit = 4;
+// A width is found to this share of itself.
+constexpr double kWidthShare = 1e-3;
+// Where along a shared side the spaces beside it are tried for being joined.
+constexpr double kTries[] = {0.1, 0.5, 0.9};
+
+// The portals between two cells, whichever is the front.
+class Between {
+ public:
+  explicit Between(const std::vector<CellPortal>& portals) : portals_(portals) {
+    for (std::uint32_t i = 0; i < portals.size(); ++i)
+      rows_[std::minmax(portals[i].front, portals[i].back)].push_back(i);
+  }
+
+  // Is one cell the other, or joined with it by a portal that holds the point?
+  bool joined(std::uint32_t a, std::uint32_t b, const Vec3& x, double tolerance) const {
+    if (a == b) return true;
+    const auto row = rows_.find(std::minmax(a, b));
+    if (row == rows_.end()) return false;
+    return std::any_of(row->second.begin(), row->second.end(), [&](std::uint32_t i) {
+      const Plane plane = plane_of(portals_[i].polygon);
+      return std::abs(plane.distance(x)) <= tolerance &&
+             contains(portals_[i].polygon, plane.normal, x, tolerance);
+    });
+  }
+
+ private:
+  const std::vector<CellPortal>& portals_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> rows_;
+};
+
+// Calls meet(x) with points of the sides that two polygons of one plane share, until it says true.
+template <class Meet>
+bool any_shared_point(PolygonView p, PolygonView q, double tolerance, Meet&& meet) {
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    const Vec3 a = p[i], edge = p[(i + 1) % p.size()] - a;
+    const double l = length(edge);
+    if (!(l > tolerance)) continue;
+    const Vec3 u = edge / l;
+    for (std::size_t j = 0; j < q.size(); ++j) {
+      const Vec3 c = q[j] - a, d = q[(j + 1) % q.size()] - a;
+      if (length(c - dot(c, u) * u) > tolerance || length(d - dot(d, u) * u) > tolerance) continue;
+      const double from = std::max(0.0, std::min(dot(c, u), dot(d, u)));
+      const double to = std::min(l, std::max(dot(c, u), dot(d, u)));
+      if (to - from <= tolerance) continue;
+      for (double share : kTries)
+        if (meet(a + (from + share * (to - from)) * u)) return true;
+    }
+  }
+  return false;
+}
+
+bool one_opening(const CellPortal& p, const CellPortal& q, const Between& between,
+                 double tolerance) {
+  const Plane plane = plane_of(p.polygon);
+  const Vec3 other = plane_of(q.polygon).normal;
+  if (length(cross(plane.normal, other)) > kSamePlane) return false;
+  for (const Vec3& x : q.polygon)
+    if (std::abs(plane.distance(x)) > tolerance) return false;
+  const bool along = dot(plane.normal, other) > 0;
+  const std::uint32_t q_front = along ? q.front : q.back, q_back = along ? q.back : q.front;
+  return any_shared_point(p.polygon, q.polygon, tolerance, [&](const Vec3& x) {
+    return between.joined(p.front, q_front, x, tolerance) &&
+           between.joined(p.back, q_back, x, tolerance);
+  });
+}
+
+Paths offset(const Paths& paths, double steps) {
+  ClipperLib::ClipperOffset clipper(kMiterLimit);
+  clipper.AddPaths(paths, ClipperLib::jtMiter, ClipperLib::etClosedPolygon);
+  Paths out;
+  clipper.Execute(out, steps);
+  return out;
+}
+
+Paths combined(const Paths& subject, const Paths& clip, ClipperLib::ClipType how) {
+  ClipperLib::Clipper clipper;
+  clipper.AddPaths(subject, ClipperLib::ptSubject, true);
+  clipper.AddPaths(clip, ClipperLib::ptClip, true);
+  Paths out;
+  clipper.Execute(how, out, ClipperLib::pftNonZero, ClipperLib::pftNonZero);
+  return out;
+}
+
+double area_of(const Paths& paths) {
+  double sum = 0;
+  for (const Path& path : paths) sum += ClipperLib::Area(path);
+  return sum;
+}
+
+void parts_below(const PolyNode& outside, std::vector<Paths>& out) {
+  for (const PolyNode* outer : outside.Childs) {
+    Paths part{outer->Contour};
+    for (const PolyNode* hole : outer->Childs) {
+      part.push_back(hole->Contour);
+      parts_below(*hole, out);
+    }
+    out.push_back(std::move(part));
+  }
+}
+
+// An outer loop with its holes each.
+std::vector<Paths> parts_of(const Paths& paths) {
+  ClipperLib::Clipper clipper;
+  clipper.AddPaths(paths, ClipperLib::ptSubject, true);
+  ClipperLib::PolyTree tree;
+  clipper.Execute(ClipperLib::ctUnion, tree, ClipperLib::pftNonZero, ClipperLib::pftNonZero);
+  std::vector<Paths> parts;
+  parts_below(tree, parts);
+  return parts;
+}
+
+// One opening on its plane's grid.
+class Region {
+ public:
+  Region(const Bsp& bsp, const std::vector<CellPortal>& portals,
+         const std::vector<std::uint32_t>& group)
+      : portals_(portals), group_(group) {
+    std::vector<Polygon> polygons;
+    for (std::uint32_t i : group) polygons.push_back(portals[i].polygon);
+    const PlaneGrid grid{frame_of(polygons.front()), kGridOfTolerance * bsp.tolerance};
+    region_ = union_of(grid, polygons, kSliverTolerances * bsp.tolerance);
+    for (const auto& loop : region_.loops) paths_.push_back(path_of(loop));
+    sliver_ = kSliverTolerances / kGridOfTolerance;
+  }
+
+  double unit() const { return region_.grid.unit; }
+  // Where a ball of the radius passes, in grid steps, and what lies within `beyond` of there.
+  Paths passed(double radius, double beyond) const {
+    const Paths centers = offset(paths_, -radius);
+    return centers.empty() ? centers : offset(centers, radius + beyond);
+  }
+
+  void mark(const Paths& passed, std::vector<bool>& portals) const {
+    if (passed.empty()) return;
+    for (std::uint32_t i : group_) portals[i] = !common(i, passed).empty();
+  }
+
+  void add_narrow(double radius, std::vector<NarrowOpening>& out) const {
+    const Paths rest = combined(paths_, passed(radius, radius), ClipperLib::ctDifference);
+    for (const Paths& part : parts_of(rest)) {
+      NarrowOpening opening = measured(part, radius);
+      if (!(opening.width > sliver_ * unit())) continue;
+      for (std::uint32_t i : group_)
+        if (!common(i, part).empty()) opening.portals.push_back(i);
+      if (!opening.portals.empty()) out.push_back(std::move(opening));
+    }
+  }
+
+ private:
+  Path path_of(const std::vector<GridPoint>& loop) const {
+    Path path;
+    for (const GridPoint& p : loop) path.emplace_back(p.x, p.y);
+    return path;
+  }
+
+  // What a portal has of a part, but for strips along its rim.
+  Paths common(std::uint32_t portal, const Paths& part) const {
+    std::vector<GridPoint> loop;
+    for (const Vec3& x : portals_[portal].polygon) loop.push_back(region_.grid.to_grid(x));
+    Path path = path_of(loop);
+    if (!ClipperLib::Orientation(path)) std::reverse(path.begin(), path.end());
+    return offset(combined({path}, part, ClipperLib::ctIntersection), -0.5 * sliver_);
+  }
+
+  NarrowOpening measured(const Paths& part, double most) const {
+    double fits = 0, fails = most;
+    Paths middle = part;
+    while (fails - fits > std::max(kWidthShare * fails, 0.5)) {
+      const double radius = 0.5 * (fits + fails);
+      Paths centers = offset(part, -radius);
+      (centers.empty() ? fails : fits) = radius;
+      if (!centers.empty()) middle = std::move(centers);
+    }
+    NarrowOpening opening;
+    opening.width = 2 * fits * unit();
+    if (!(opening.width > 0)) return opening;
+    opening.length = area_of(part) * unit() * unit() / opening.width;
+    opening.widest = center(middle.front());
+    for (const Path& loop : part) opening.outline.push_back(in_space(loop));
+    opening.along = longest_side(opening.outline);
+    return opening;
+  }
+
+  Polygon in_space(const Path& path) const {
+    Polygon polygon;
+    for (const auto& p : path) polygon.push_back(region_.grid.to_space({p.X, p.Y}));
+    return polygon;
+  }
+
+  Vec3 center(const Path& path) const {
+    const Polygon polygon = in_space(path);
+    return std::accumulate(polygon.begin(), polygon.end(), Vec3{0}) / double(polygon.size());
+  }
+
+  static Vec3 longest_side(const std::vector<Polygon>& loops) {
+    Vec3 longest{0};
+    for (const Polygon& loop : loops)
+      for (std::size_t i = 0; i < loop.size(); ++i) {
+        const Vec3 side = loop[(i + 1) % loop.size()] - loop[i];
+        if (length(side) > length(longest)) longest = side;
+      }
+    return normalize(longest);
+  }
+
+  const std::vector<CellPortal>& portals_;
+  const std::vector<std::uint32_t>& group_;
+  PlaneRegion region_;
+  Paths paths_;
+  double sliver_ = 0;  // grid steps
+};
+
+}  // namespace
+
+std::vector<std::vector<std::uint32_t>> group_portals(const Bsp& bsp,
+                                                      const std::vector<CellPortal>& portals) {
+  const double tolerance = kSliverTolerances * bsp.tolerance;
+  std::vector<Box> boxes;
+  for (const CellPortal& p : portals) {
+    Box box = bounds(p.polygon);
+    box.lo -= Vec3{tolerance};
+    box.hi += Vec3{tolerance};
+    boxes.push_back(box);
+  }
+  const BoxTree tree(boxes);
+  const Between between(portals);
+  DisjointSets sets(portals.size());
+  for (std::uint32_t i = 0; i < portals.size(); ++i)
+    tree.visit(boxes[i], [&](std::uint32_t j) {
+      if (j > i && sets.find(i) != sets.find(j) &&
+          one_opening(portals[i], portals[j], between, tolerance))
+        sets.join(i, j);
+    });
+  std::map<std::size_t, std::vector<std::uint32_t>> groups;
+  for (std::uint32_t i = 0; i < portals.size(); ++i) groups[sets.find(i)].push_back(i);
+  std::vector<std::vector<std::uint32_t>> rows;
+  for (auto& [set, row] : groups) rows.push_back(std::move(row));
+  return rows;
+}
+
+std::vector<bool> passable(const Bsp& bsp, const std::vector<CellPortal>& portals,
+                           const std::vector<std::vector<std::uint32_t>>& groups, double size) {
+  std::vector<bool> wide(portals.size(), false);
+  for (const auto& group : groups) {
+    const Region region(bsp, portals, group);
+    region.mark(region.passed(0.5 * size / region.unit(), 0), wide);
+  }
+  return wide;
+}
+
+Openings find_openings(const Bsp& bsp, const std::vector<CellPortal>& portals,
+                       const std::vector<std::vector<std::uint32_t>>& groups, double size) {
+  Openings found{passable(bsp, portals, groups, size), {}};
+  for (const auto& group : groups) {
+    const Region region(bsp, portals, group);
+    region.add_narrow(0.5 * size / region.unit(), found.narrow);
+  }
+  return found;
+}
+
+}  // namespace atrium

@@ -1,0 +1,47 @@
+// Openings: what portals make together. A subdivision cuts a doorway into pieces wherever a plane
+// runs on through it; a piece tells nothing of how wide the doorway is. Portals in one plane belong
+// to one opening where they touch and the space on both sides of them is joined there.
+//
+// Invariants:
+//  1. How wide an opening is at a place is the diameter of the largest ball that passes there.
+//  2. A portal that such a ball of `size` passes, even in part, is wide; what lies within half of
+//     `size` of where it passes belongs to the wide part: corners are no cracks.
+//  3. Narrow openings are connected in their plane, and in the portals' order.
+// Pure functions over a finished subdivision; safe from any thread.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "visibility/bsp.h"
+#include "visibility/portal.h"
+
+namespace atrium {
+
+struct NarrowOpening {
+  std::vector<std::uint32_t> portals;  // that have a part of it
+  std::vector<Polygon> outline;        // loops in its plane, holes too
+  double width = 0;                    // m, where it is widest
+  double length = 0;                   // m, its area over its width
+  Vec3 widest{0};                      // the place where it is
+  Vec3 along{0};                       // unit, its longest side's direction
+};
+
+struct Openings {
+  std::vector<bool> wide;  // by portal
+  std::vector<NarrowOpening> narrow;
+};
+
+// Portals by the opening that they are part of: rows that together hold each portal once.
+std::vector<std::vector<std::uint32_t>> group_portals(const Bsp& bsp,
+                                                      const std::vector<CellPortal>& portals);
+
+// Which portals a ball of `size` metres passes.
+std::vector<bool> passable(const Bsp& bsp, const std::vector<CellPortal>& portals,
+                           const std::vector<std::vector<std::uint32_t>>& groups, double size);
+
+// What a ball of `size` metres passes, and what it does not.
+Openings find_openings(const Bsp& bsp, const std::vector<CellPortal>& portals,
+                       const std::vector<std::vector<std::uint32_t>>& groups, double size);
+
+}  // namespace atrium
