@@ -212,13 +212,13 @@ bool PortalFlow::behind(const Plane& plane) const {
 void PortalFlow::spread(std::uint32_t cell, std::uint32_t entered) {
   find_reaching(cell);
   const std::uint32_t first = graph_.first_out[cell], last = graph_.first_out[cell + 1];
-  steps_ += last - first;
-  if (steps_ > most_steps_) flooded_ = true;
   for (std::uint32_t next = first; next < last; ++next) {
     if (reach_[next - first] <= graph_.tolerance || next == entered) continue;
     const Window& window = windows_[next];
     if (window.run == run_ && (window.visits >= kMostVisits || window.whole)) continue;
-    if (behind(graph_.portals[next].plane) && see(next)) reach(next);
+    if (!behind(graph_.portals[next].plane)) continue;
+    if (++steps_ > most_steps_) flooded_ = true;
+    if (see(next)) reach(next);
   }
 }
 
