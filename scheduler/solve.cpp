@@ -349,6 +349,7 @@ void Scheduler::end_sweep() {
   summary_.max_working_set_elements =
       std::max(summary_.max_working_set_elements, sweep_.working_set_elements);
   summary_.links_processed += sweep_.links;
+  summary_.refined.add(sweep_.refined);
   summary_.total_data_bytes += sweep_.total_bytes;
   summary_.flux_emitted = luminance(s.emitted);
   summary_.flux_absorbed = luminance(s.absorbed);

@@ -9,6 +9,7 @@
 
 #include "engine/import/import.h"
 #include "engine/status.h"
+#include "solver/refine_counters.h"
 
 namespace atrium {
 
@@ -63,6 +64,7 @@ struct SolveFigures {
   std::uint64_t iterations = 0, elements = 0, links = 0;
   std::uint64_t max_working_set_bytes = 0, max_working_set_links = 0, max_working_set_elements = 0;
   std::uint64_t links_processed = 0, total_data_bytes = 0, store_bytes = 0;
+  RefineCounters refined;                                        // over all iterations
   double flux_emitted = 0, flux_absorbed = 0, flux_escaped = 0;  // lm
   double hit_ratio = 0;
   std::uint64_t reads = 0, writes = 0, bytes_read = 0, bytes_written = 0, evictions = 0;

@@ -160,15 +160,122 @@ Kernel make_kernel(const Site& receiver, const Site& source) {
   return k;
 }
 
-void couple(const Site& receiver, const Site& source, const Kernel& kernel, VisibleMask visible,
-            int order, std::span<float> out) {
+namespace {
+
+// Weights on a site's nodes that sum to 1 and have the centroid c: exact for what is linear across
+// it.
+std::array<double, kMaxNodes> weights_about(const Site& site, const Vec3& c) {
+  const Vec3 u = normalize(site.outline[1] - site.outline[0]), v = cross(site.normal, u);
+  double uu = 0, uv = 0, vv = 0;
+  std::array<Vec2, kMaxNodes> at;
+  for (int i = 0; i < site.nodes; ++i) {
+    const Vec3 d = site.x[i] - site.center;
+    at[i] = {dot(d, u), dot(d, v)};
+    uu += site.weight[i] * at[i].x * at[i].x;
+    uv += site.weight[i] * at[i].x * at[i].y;
+    vv += site.weight[i] * at[i].y * at[i].y;
+  }
+  const Vec2 to{dot(c - site.center, u), dot(c - site.center, v)};
+  const double determinant = uu * vv - uv * uv;
+  Vec2 slope{0};
+  if (determinant > 0) slope = Vec2{vv * to.x - uv * to.y, uu * to.y - uv * to.x} / determinant;
+  std::array<double, kMaxNodes> weights{};
+  for (int i = 0; i < site.nodes; ++i)
+    weights[i] = site.weight[i] * (1 + slope.x * at[i].x + slope.y * at[i].y);
+  return weights;
+}
+
+// What x sees of a site past blockers.
+struct SeenSite {
+  bool fits = true;
+  bool whole = true;
+  double factor = 0;                      // configuration factor, where not the whole is seen
+  std::array<double, kMaxNodes> share{};  // of it, by the site's nodes
+};
+
+SeenSite seen_site(const Vec3& x, const Vec3& n, const Site& site, const BlockerList& blockers) {
+  const Remainder part = seen_part(x, site.polygon(), site.normal, blockers);
+  SeenSite seen;
+  seen.fits = !part.overflow;
+  seen.whole = part.whole;
+  if (part.overflow || part.whole) return seen;
+  Vec3 moment{0};
+  for (const ConvexPiece& piece : std::span(part.pieces).first(part.count)) {
+    const double f = point_to_polygon(x, n, piece.polygon());
+    seen.factor += f;
+    moment += f * (centroid(piece.polygon()) - site.center);
+  }
+  if (seen.factor > 0) seen.share = weights_about(site, site.center + moment / seen.factor);
+  return seen;
+}
+
+// The rows' sums after their terms have changed. The centre is taken to lose as much as the mean.
+void sum_up(const Site& receiver, Kernel& k) {
+  const double open = k.mean;
+  k.mean = 0;
+  for (int i = 0; i < k.rows; ++i) {
+    k.row[i] = 0;
+    for (int l = 0; l < k.columns; ++l) k.row[i] += k.g[i][l];
+    k.mean += receiver.weight[i] * k.row[i];
+  }
+  if (open > 0) k.center *= k.mean / open;
+}
+
+}  // namespace
+
+Kernel masked(const Site& receiver, const Kernel& open, VisibleMask visible) {
+  Kernel out = open;
+  for (int k = 0; k < open.rows; ++k)
+    for (int l = 0; l < open.columns; ++l)
+      if (!(visible & lane(k, l))) out.g[k][l] = 0;
+  sum_up(receiver, out);
+  return out;
+}
+
+std::optional<Kernel> seen_by_receiver(const Site& receiver, const Site& source, const Kernel& open,
+                                       const BlockerList& blockers) {
+  Kernel out = open;
+  for (int k = 0; k < open.rows; ++k) {
+    if (!(open.row[k] > 0)) continue;
+    const SeenSite seen = seen_site(receiver.x[k], receiver.normal, source, blockers);
+    if (!seen.fits) return std::nullopt;
+    if (seen.whole) continue;
+    const double row = std::min(seen.factor, open.row[k]);
+    for (int l = 0; l < open.columns; ++l) out.g[k][l] = row * seen.share[l];
+  }
+  sum_up(receiver, out);
+  const SeenSite from_center = seen_site(receiver.center, receiver.normal, source, blockers);
+  if (!from_center.fits) return std::nullopt;
+  out.center = from_center.whole ? open.center : std::min(from_center.factor, open.center);
+  return out;
+}
+
+std::optional<Kernel> seen_by_source(const Site& receiver, const Site& source, const Kernel& open,
+                                     const BlockerList& blockers) {
+  Kernel out = open;
+  for (int l = 0; l < open.columns; ++l) {
+    double column = 0;
+    for (int k = 0; k < open.rows; ++k) column += receiver.weight[k] * open.g[k][l];
+    if (!(column > 0)) continue;
+    const SeenSite seen = seen_site(source.x[l], source.normal, receiver, blockers);
+    if (!seen.fits) return std::nullopt;
+    if (seen.whole) continue;
+    const double back = seen.factor * source.weight[l] * source.area / receiver.area;
+    for (int k = 0; k < open.rows; ++k)
+      out.g[k][l] = std::min(back, column) * seen.share[k] / receiver.weight[k];
+  }
+  sum_up(receiver, out);
+  return out;
+}
+
+void couple(const Site& receiver, const Site& source, const Kernel& kernel, int order,
+            std::span<float> out) {
   const int n = coefficient_count(order);
   std::array<std::array<double, kMaxCoefficients>, kMaxCoefficients> sum{};
   for (int k = 0; k < kernel.rows; ++k) {
     std::array<double, kMaxCoefficients> at{};
     for (int l = 0; l < kernel.columns; ++l)
-      if (visible & lane(k, l))
-        for (int b = 0; b < n; ++b) at[b] += kernel.g[k][l] * source.phi[l][b];
+      for (int b = 0; b < n; ++b) at[b] += kernel.g[k][l] * source.phi[l][b];
     for (int a = 0; a < n; ++a)
       for (int b = 0; b < n; ++b) sum[a][b] += receiver.weight[k] * receiver.phi[k][a] * at[b];
   }

@@ -1,16 +1,19 @@
 // Coupling coefficients between two elements: the kernel cosθ cosθ' / πr² at the nodes of both
 // [GSCH93 quadrature], each receiver node's row scaled to the exact configuration factor where the
-// source is near, and visibility entered node pair by node pair, never as a mean times a mean.
+// source is near, and visibility entered node pair by node pair, or by what each node sees of the
+// other end, never as a mean times a mean.
 //
 // Pure functions, any thread.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "engine/cluster_record.h"
 #include "solver/basis.h"
+#include "visibility/seen_part.h"
 
 namespace atrium {
 
@@ -64,11 +67,21 @@ Kernel make_kernel(const Site& receiver, const Site& source);
 
 // Bit 4k+l: is receiver node k seen from source node l?
 using VisibleMask = std::uint16_t;
-inline constexpr VisibleMask kAllVisible = 0xffff;
 constexpr VisibleMask lane(int k, int l) { return VisibleMask(1u << (kMaxNodes * k + l)); }
 
+// The kernel with what is not visible left out, node pair by node pair.
+Kernel masked(const Site& receiver, const Kernel& open, VisibleMask visible);
+
+// The kernel as the listed blockers leave it, measured without a ray: from each node of one end the
+// seen part of the other is cut out, and its form factor given to the other's nodes so that its
+// centroid is kept. The probes stay unoccluded. Nothing where a part falls into too many pieces.
+std::optional<Kernel> seen_by_receiver(const Site& receiver, const Site& source, const Kernel& open,
+                                       const BlockerList& blockers);
+std::optional<Kernel> seen_by_source(const Site& receiver, const Site& source, const Kernel& open,
+                                     const BlockerList& blockers);
+
 // Writes K×K coefficients, row: receiver's function.
-void couple(const Site& receiver, const Site& source, const Kernel& kernel, VisibleMask visible,
-            int order, std::span<float> out);
+void couple(const Site& receiver, const Site& source, const Kernel& kernel, int order,
+            std::span<float> out);
 
 }  // namespace atrium

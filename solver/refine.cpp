@@ -18,19 +18,25 @@ constexpr double kThin = 0.2;
 constexpr double kDarkest = 0.5;
 // A transfer below this share is left to the closing of its row.
 constexpr double kNegligible = 2e-3;
-// Root mean square error left by a mixed bundle of 16 segments, relative to √(v(1-v)) of the transfer.
+// Root mean square error left by a mixed bundle of 16 segments, relative to √(v(1-v)) of the
+// transfer.
 constexpr double kMixed = 0.5;
-// The same for a bundle that agrees on every segment though something may stand between: its four ends
-// on either side are as good as four segments where a blocker is close to one of them, a table over the
-// floor.
+// The same for a bundle that agrees on every segment though something may stand between: its four
+// ends on either side are as good as four segments where a blocker is close to one of them, a table
+// over the floor.
 constexpr double kUnsureFour = 0.19;
 // And where sixteen more segments between ends of their own agree as well.
 constexpr double kUnsure = 0.04;
-// From centre against mean of a parabola's four Gauss nodes to the root mean square of its misfit to a
-// plane: √(4/45) / (1/3).
+// Blockers up to which what is seen past them is measured instead of sampled.
+constexpr std::size_t kFewBlockers = 8;
+// Root mean square error that the nodes leave of what is measured from them, relative to how it
+// varies from node to node.
+constexpr double kSmooth = 0.3;
+// From centre against mean of a parabola's four Gauss nodes to the root mean square of its misfit
+// to a plane: √(4/45) / (1/3).
 constexpr double kBowl = 0.894;
-// Of the variation below a partly hidden source's element, how much may go by what is hidden: the spot
-// that a lamp's panel lights on the ceiling above it is hidden from all but the panel.
+// Of the variation below a partly hidden source's element, how much may go by what is hidden: the
+// spot that a lamp's panel lights on the ceiling above it is hidden from all but the panel.
 constexpr double kHidden = 1;
 // Of a transfer, how much is taken to jump across a contact line.
 constexpr double kJump = 0.5;
@@ -43,8 +49,8 @@ constexpr double kSmallestPart = 1.0 / 64;
 
 // Variance of a thin link's form factor, relative to its square: one segment got through of one.
 constexpr double kThinDoubt = 2.0 / 9;
-// A patch pair's form factor is in doubt where its standard deviation is more than this: ten thousand
-// such sources leave a hundredth of the row open.
+// A patch pair's form factor is in doubt where its standard deviation is more than this: ten
+// thousand such sources leave a hundredth of the row open.
 constexpr double kLeastDoubt = 1e-4;
 // What nodes alone leave open of a form factor, relative to it.
 constexpr double kUnsureShape = 0.01;
@@ -72,9 +78,9 @@ double form_factor_bound(const Site& r, const Site& s) {
   return std::min(1.0, s.area / (std::numbers::pi * gap2 + 1e-300));
 }
 
-// Spread over the source of the receiver's sensitivity to it, as a form factor. A receiver close to a
-// large source sees mostly a part of it, near which there need be no node: a lamp's back sees the spot
-// of the ceiling that it lights.
+// Spread over the source of the receiver's sensitivity to it, as a form factor. A receiver close to
+// a large source sees mostly a part of it, near which there need be no node: a lamp's back sees the
+// spot of the ceiling that it lights.
 double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
   double sum = 0;
   for (int l = 0; l < kernel.columns; ++l) {
@@ -87,18 +93,21 @@ double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
   return std::sqrt(std::max({0.0, sum - squared(kernel.mean), (1 - part) * squared(kernel.mean)}));
 }
 
-// The least of the receiver's nodes' seen configuration factors.
-double darkest_row(const Kernel& kernel, VisibleMask visible) {
-  double least = 1;
-  for (int k = 0; k < kernel.rows; ++k) {
-    double row = 0;
-    for (int l = 0; l < kernel.columns; ++l)
-      if (visible & lane(k, l)) row += kernel.g[k][l];
-    least = std::min(least, row);
-  }
-  return least;
+// The least of the receiver's nodes' configuration factors.
+double darkest_row(const Kernel& kernel) {
+  return *std::min_element(kernel.row.begin(), kernel.row.begin() + kernel.rows);
 }
 
+// The node pairs that face each other.
+VisibleMask facing_lanes(const Kernel& kernel) {
+  VisibleMask lanes = 0;
+  for (int k = 0; k < kernel.rows; ++k)
+    for (int l = 0; l < kernel.columns; ++l)
+      if (kernel.g[k][l] > 0) lanes |= lane(k, l);
+  return lanes;
+}
+
+// Share of the transfer that comes through.
 double seen_share(const Site& r, const Kernel& kernel, VisibleMask visible) {
   double seen = 0, all = 0;
   for (int k = 0; k < kernel.rows; ++k)
@@ -110,8 +119,31 @@ double seen_share(const Site& r, const Kernel& kernel, VisibleMask visible) {
   return all > 0 ? seen / all : 0;
 }
 
-// Variance of a form factor of which 16 segments see the share v, by the rule of succession: that none
-// got through, or all, does not make it certain.
+// Variance of the share seen from the receiver's nodes, and from the source's.
+double variance_over_rows(const Site& r, const Kernel& open, const Kernel& seen) {
+  const double v = seen.mean / open.mean;
+  double sum = 0;
+  for (int k = 0; k < open.rows; ++k)
+    if (open.row[k] > 0) sum += r.weight[k] * squared(seen.row[k] / open.row[k] - v);
+  return sum;
+}
+
+double variance_over_columns(const Site& r, const Site& s, const Kernel& open, const Kernel& seen) {
+  const double v = seen.mean / open.mean;
+  double sum = 0;
+  for (int l = 0; l < open.columns; ++l) {
+    double whole = 0, part = 0;
+    for (int k = 0; k < open.rows; ++k) {
+      whole += r.weight[k] * open.g[k][l];
+      part += r.weight[k] * seen.g[k][l];
+    }
+    if (whole > 0) sum += s.weight[l] * squared(part / whole - v);
+  }
+  return sum;
+}
+
+// Variance of a form factor of which 16 segments see the share v, by the rule of succession: that
+// none got through, or all, does not make it certain.
 double variance_of(double form_factor, double v) {
   const double expected = (kRayLanes * v + 1) / (kRayLanes + 2);
   return squared(form_factor) * expected * (1 - expected) / kRayLanes;
@@ -159,6 +191,9 @@ void RefineCounters::add(const RefineCounters& c) {
   tubes_visible += c.tubes_visible;
   tubes_invisible += c.tubes_invisible;
   tubes_partial += c.tubes_partial;
+  thin_pairs += c.thin_pairs;
+  thin_rays += c.thin_rays;
+  links_without_rays += c.links_without_rays;
 }
 
 SourceRoots::SourceRoots(const ClusterView& source) {
@@ -177,8 +212,9 @@ void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out)
     if (head.inert || head.patch == receiver.head.patch) continue;
     if (!facing(root, source.sites[q], settings_.tolerance)) continue;
     doubt_ = 0;
-    descend(0, root, make_source(source.patches[q], static_cast<std::uint32_t>(q), 0,
-                                 source.sites[q]), nullptr);
+    descend(0, root,
+            make_source(source.patches[q], static_cast<std::uint32_t>(q), 0, source.sites[q]),
+            nullptr);
     if (doubt_ > squared(kLeastDoubt) * root.area)
       out.doubts.push_back({static_cast<std::uint32_t>(q), static_cast<float>(doubt_)});
   }
@@ -202,17 +238,13 @@ Refiner::Source Refiner::make_source(const PatchView& patch, std::uint32_t index
 
 // Misfit of the receiver's basis to the transfer across its nodes, centre and probes, as a form
 // factor, root mean square over the receiver.
-double Refiner::misfit(std::int32_t receiver, const Site& r, const Kernel& kernel,
-                       VisibleMask visible) const {
+double Refiner::misfit(std::int32_t receiver, const Site& r, const Kernel& kernel) const {
   const PatchView patch = tree_->view();
   const int n = patch.k();
-  std::array<double, kMaxNodes> f{};
+  const std::array<double, kMaxNodes>& f = kernel.row;
   std::array<double, kMaxCoefficients> fit{};
-  for (int k = 0; k < kernel.rows; ++k) {
-    for (int l = 0; l < kernel.columns; ++l)
-      if (visible & lane(k, l)) f[k] += kernel.g[k][l];
+  for (int k = 0; k < kernel.rows; ++k)
     for (int a = 0; a < n; ++a) fit[a] += r.weight[k] * r.phi[k][a] * f[k];
-  }
   double rest2 = 0;
   for (int k = 0; k < kernel.rows; ++k) {
     double at = 0;
@@ -263,65 +295,101 @@ Variety Refiner::look_through(Tube& tube, const Tube* parent, const Site& r, con
 void Refiner::descend(std::int32_t receiver, const Site& site, const Source& source,
                       const Tube* parent) {
   // Dark sources fill rows as well: what they cover is not to be taken for the room's mean.
-  const double bound = form_factor_bound(site, *source.site) *
-                       std::max(source.radiosity + source.detail,
-                                kDarkest * settings_.mean_irradiance);
+  const double bound =
+      form_factor_bound(site, *source.site) *
+      std::max(source.radiosity + source.detail, kDarkest * settings_.mean_irradiance);
   const double most = bound * weight(receiver, 0);
   if (most < kNegligible * settings_.threshold) return;
   if (most < kThin * settings_.threshold) return thin_link(receiver, site, source);
 
-  const Kernel kernel = make_kernel(site, *source.site);
+  const Kernel open = make_kernel(site, *source.site);
   ++counters_.kernels;
-  if (!(kernel.mean > 0) && !(kernel.center > 0) &&
-      !facing(site, *source.site, settings_.tolerance))
+  if (!(open.mean > 0) && !(open.center > 0) && !facing(site, *source.site, settings_.tolerance))
     return;
 
-  // What the shape alone gets wrong needs no ray to be known.
-  const double shape = source.radiosity * misfit(receiver, site, kernel, kAllVisible);
   double variation =
-      source.detail > 0 ? source.detail * sensitivity_spread(site, *source.site, kernel) : 0;
-  VisibleMask visible = kAllVisible;
-  double shadow = 0, seen_shape = shape, variance = squared(kUnsureShape * kernel.mean);
+      source.detail > 0 ? source.detail * sensitivity_spread(site, *source.site, open) : 0;
+  // What the shape alone gets wrong needs no ray to be known.
+  Sight sight{open, misfit(receiver, site, open), 0, squared(kUnsureShape * open.mean)};
   Tube tube;
+  const std::uint64_t rays_before = counters_.rays;
   if (around_.index) {
     const Variety variety = look_through(tube, parent, site, *source.site);
     if (variety == Variety::INVISIBLE) return;
-    if (variety == Variety::PARTIAL && kernel.mean > 0) {
-      visible = look(site, *source.site, kernel);
-      double v = seen_share(site, kernel, visible);
-      const double transfer = source.radiosity * kernel.mean;
-      const double arriving = source.radiosity * darkest_row(kernel, visible);
-      if ((v == 0 || v == 1) &&
-          kUnsureFour * transfer * weight(receiver, arriving) > settings_.threshold)
-        v = 0.5 * (v + scattered_share(site, *source.site));
-      variance += variance_of(kernel.mean, v);
+    if (variety == Variety::PARTIAL && open.mean > 0) {
+      sight = see(receiver, site, source, open, tube);
       // What is hidden of the source need not be as bright as what is seen.
-      variation = std::max(variation, kHidden * source.detail * kernel.mean);
-      shadow = std::max(kUnsure * (transfer + shape), kMixed * std::sqrt(v * (1 - v)) * transfer);
-      seen_shape = v > 0 ? source.radiosity * misfit(receiver, site, kernel, visible) : 0;
+      variation = std::max(variation, kHidden * source.detail * open.mean);
     }
   }
+  const bool by_ray = counters_.rays > rays_before;
+  const double shape = source.radiosity * sight.misfit, shadow = source.radiosity * sight.shadow;
   // A jump across a contact line that no node need see.
-  const double jump = kJump * source.radiosity * std::max(kernel.mean, kernel.center) *
+  const double jump = kJump * source.radiosity * std::max(open.mean, open.center) *
                       tree_->elements[receiver].crossing;
   const double error =
-      std::sqrt(squared(seen_shape) + squared(shadow) + squared(variation) + squared(jump));
-  const double arriving = source.radiosity * darkest_row(kernel, visible);
+      std::sqrt(squared(shape) + squared(shadow) + squared(variation) + squared(jump));
+  const double arriving = source.radiosity * darkest_row(sight.seen);
   if (error * weight(receiver, arriving) <= settings_.threshold)
-    return full_link(receiver, site, source, kernel, visible, variance);
+    return full_link(receiver, site, source, sight, by_ray);
 
   const bool source_first =
-      jump < std::max(seen_shape, shadow) &&
-      (variation > std::max(seen_shape, shadow) ||
-       (shadow > seen_shape && source.site->radius > site.radius) ||
-       source.site->radius > 4 * site.radius);
+      jump < std::max(shape, shadow) && (variation > std::max(shape, shadow) ||
+                                         (shadow > shape && source.site->radius > site.radius) ||
+                                         source.site->radius > 4 * site.radius);
   if (source_first && descend_source(receiver, site, source, tube)) return;
   if (!tree_->elements[receiver].leaf() || split_leaf(*tree_, receiver, settings_.min_edge)) {
     descend_receiver(receiver, source, tube);
     return;
   }
   if (!source_first && descend_source(receiver, site, source, tube)) return;
-  full_link(receiver, site, source, kernel, visible, variance);
+  full_link(receiver, site, source, sight, by_ray);
+}
+
+// Rays where the answer is unsure: none where few blockers stand, whose shadows are measured,
+// sixteen and sometimes sixteen more past many.
+Refiner::Sight Refiner::see(std::int32_t receiver, const Site& site, const Source& source,
+                            const Kernel& open, const Tube& tube) {
+  if (!tube.crowded && tube.count <= kFewBlockers)
+    if (const auto measured = measure(receiver, site, *source.site, open, tube)) return *measured;
+  const VisibleMask visible = look(site, *source.site, facing_lanes(open));
+  const Kernel seen = masked(site, open, visible);
+  double v = seen_share(site, open, visible);
+  const double transfer = source.radiosity * open.mean;
+  const double arriving = source.radiosity * darkest_row(seen);
+  if ((v == 0 || v == 1) &&
+      kUnsureFour * transfer * weight(receiver, arriving) > settings_.threshold)
+    v = 0.5 * (v + scattered_share(site, *source.site));
+  Sight sight;
+  sight.seen = seen;
+  sight.misfit = v > 0 ? misfit(receiver, site, seen) : 0;
+  sight.shadow = std::max(kUnsure * (open.mean + misfit(receiver, site, open)),
+                          kMixed * std::sqrt(v * (1 - v)) * open.mean);
+  sight.variance = squared(kUnsureShape * open.mean) + variance_of(open.mean, v);
+  return sight;
+}
+
+// What the receiver's nodes see of the source and the other way round, both exactly. The end from
+// which the share varies less is the one far from what stands between, and integrates it better;
+// how far the two are apart is how well the nodes do.
+std::optional<Refiner::Sight> Refiner::measure(std::int32_t receiver, const Site& r, const Site& s,
+                                               const Kernel& open, const Tube& tube) const {
+  const BlockerList blockers{tube.list(), around_.index->blockers(), settings_.tolerance};
+  const std::optional<Kernel> by_receiver = seen_by_receiver(r, s, open, blockers);
+  if (!by_receiver) return std::nullopt;
+  const std::optional<Kernel> by_source = seen_by_source(r, s, open, blockers);
+  if (!by_source) return std::nullopt;
+  const double rows = variance_over_rows(r, open, *by_receiver);
+  const double columns = variance_over_columns(r, s, open, *by_source);
+  const double apart = by_receiver->mean - by_source->mean;
+  const double rough = squared(open.mean) * std::min(rows, columns);
+  Sight sight;
+  sight.seen = rows <= columns ? *by_receiver : *by_source;
+  sight.misfit = misfit(receiver, r, *by_receiver);
+  sight.shadow = std::max(kUnsure * (open.mean + misfit(receiver, r, open)),
+                          std::sqrt(squared(apart) + squared(kSmooth) * rough));
+  sight.variance = squared(kUnsureShape * open.mean) + squared(apart) + rough;
+  return sight;
 }
 
 void Refiner::descend_receiver(std::int32_t receiver, const Source& source, const Tube& tube) {
@@ -348,7 +416,8 @@ bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Sour
   if (source.site->radius < settings_.min_edge || source.site->area < kSmallestPart * x.area)
     return false;
   std::vector<Vec2> outline;
-  for (const Vec3& p : source.site->polygon()) outline.push_back(source.patch->head->frame.to_plane(p));
+  for (const Vec3& p : source.site->polygon())
+    outline.push_back(source.patch->head->frame.to_plane(p));
   const std::array<std::vector<Vec2>, 2> parts = halve(outline, moments(outline).centroid);
   if (std::max(parts[0].size(), parts[1].size()) > kMaxOutline) return false;
   for (const std::vector<Vec2>& part : parts) {
@@ -382,34 +451,32 @@ double Refiner::scattered_share(const Site& receiver, const Site& source) {
          std::popcount(packet.valid);
 }
 
-VisibleMask Refiner::look(const Site& receiver, const Site& source, const Kernel& kernel) {
+VisibleMask Refiner::look(const Site& receiver, const Site& source, VisibleMask lanes) {
   SegmentPacket packet;
-  VisibleMask asked = 0;
-  for (int k = 0; k < kernel.rows; ++k)
-    for (int l = 0; l < kernel.columns; ++l)
-      if (kernel.g[k][l] > 0) {
-        packet.set(kMaxNodes * k + l, receiver.x[k], source.x[l]);
-        asked |= lane(k, l);
-        ++counters_.rays;
-      }
+  for (int left = lanes; left != 0; left &= left - 1) {
+    const int i = std::countr_zero(unsigned(left));
+    packet.set(i, receiver.x[i / kMaxNodes], source.x[i % kMaxNodes]);
+  }
+  counters_.rays += std::popcount(lanes);
   ++counters_.packets;
   std::uint16_t blocked = 0;
   around_.rays->occluded16(packet, blocked);
-  return VisibleMask(asked & ~blocked);
+  return VisibleMask(lanes & ~blocked);
 }
 
 void Refiner::full_link(std::int32_t receiver, const Site& site, const Source& source,
-                        const Kernel& kernel, VisibleMask visible, double variance) {
-  doubt_ += variance * site.area;
-  if (visible == 0 || !(kernel.mean > 0)) return;
+                        const Sight& sight, bool by_ray) {
+  doubt_ += sight.variance * site.area;
+  if (!(sight.seen.mean > 0)) return;
   const int n = coefficient_count(tree_->order);
   const std::size_t at = out_->couplings.size();
   out_->couplings.resize(at + n * n);
-  couple(site, *source.site, kernel, visible, tree_->order,
+  couple(site, *source.site, sight.seen, tree_->order,
          std::span(out_->couplings).subspan(at, n * n));
   out_->links.push_back({static_cast<std::uint32_t>(receiver), source.patch_index,
                          static_cast<std::uint32_t>(source.element)});
   ++counters_.links;
+  if (!by_ray) ++counters_.links_without_rays;
 }
 
 // One node pair, drawn by a hash of the pair, stands for the whole transfer.
@@ -421,13 +488,17 @@ void Refiner::thin_link(std::int32_t receiver, const Site& site, const Source& s
   const Vec3 d = y - x;
   const double cx = dot(site.normal, d), cy = -dot(source.site->normal, d);
   if (cx <= 0 || cy <= 0) return;
+  ++counters_.thin_pairs;
   const double d2 = dot(d, d);
   const double coupling =
       source.site->area * cx * cy / (d2 * (std::numbers::pi * d2 + source.site->area));
   doubt_ += kThinDoubt * squared(coupling) * site.area;
   waiting_.push_back({{static_cast<std::uint32_t>(receiver), source.patch_index,
                        static_cast<std::uint32_t>(source.element)},
-                      static_cast<float>(coupling), x, y, out_});
+                      static_cast<float>(coupling),
+                      x,
+                      y,
+                      out_});
   if (waiting_.size() == kRayLanes) flush();
 }
 
@@ -438,6 +509,7 @@ void Refiner::flush() {
     for (std::size_t i = 0; i < waiting_.size(); ++i)
       packet.set(static_cast<int>(i), waiting_[i].from, waiting_[i].to);
     counters_.rays += waiting_.size();
+    counters_.thin_rays += waiting_.size();
     ++counters_.packets;
     around_.rays->occluded16(packet, blocked);
   }

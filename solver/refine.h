@@ -8,12 +8,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "engine/cluster_record.h"
 #include "solver/coupling.h"
 #include "solver/link.h"
+#include "solver/refine_counters.h"
 #include "visibility/occlusion.h"
 #include "visibility/tube.h"
 
@@ -26,12 +28,6 @@ struct RefineSettings {
   double reference_area = 1;     // m², what a surface sees, in the mean
   double min_edge = 0.0254;      // m, no element is split below it
   double tolerance = 1e-5;       // m, the scene's
-};
-
-struct RefineCounters {
-  std::uint64_t links = 0, thin_links = 0, rays = 0, packets = 0, kernels = 0, splits = 0;
-  std::uint64_t tubes_visible = 0, tubes_invisible = 0, tubes_partial = 0;
-  void add(const RefineCounters& c);
 };
 
 // A source cluster's patches, ready to be linked to: sites of the roots and their planes.
@@ -72,6 +68,13 @@ class Refiner {
     double radiosity = 0;  // lm/m², luminance, mean
     double detail = 0;     // lm/m², of B's variation below this element
   };
+  // What a pair sees of each other, as form factors.
+  struct Sight {
+    Kernel seen;
+    double misfit = 0;    // of the receiver's basis to it, root mean square
+    double shadow = 0;    // what may be wrong of it by what stands between, root mean square
+    double variance = 0;  // of its mean
+  };
   struct Waiting {  // a thin link before its ray
     LinkHead ends;
     float coupling;
@@ -86,13 +89,16 @@ class Refiner {
   bool descend_source(std::int32_t receiver, const Site& site, const Source& source,
                       const Tube& tube);
   Variety look_through(Tube& tube, const Tube* parent, const Site& r, const Site& s);
-  void thin_link(std::int32_t receiver, const Site& site, const Source& source);
-  void full_link(std::int32_t receiver, const Site& site, const Source& source,
-                 const Kernel& kernel, VisibleMask visible, double variance);
-  VisibleMask look(const Site& receiver, const Site& source, const Kernel& kernel);
+  Sight see(std::int32_t receiver, const Site& site, const Source& source, const Kernel& open,
+            const Tube& tube);
+  std::optional<Sight> measure(std::int32_t receiver, const Site& r, const Site& s,
+                               const Kernel& open, const Tube& tube) const;
+  VisibleMask look(const Site& receiver, const Site& source, VisibleMask lanes);
   double scattered_share(const Site& receiver, const Site& source);
-  double misfit(std::int32_t receiver, const Site& site, const Kernel& kernel,
-                VisibleMask visible) const;
+  void thin_link(std::int32_t receiver, const Site& site, const Source& source);
+  void full_link(std::int32_t receiver, const Site& site, const Source& source, const Sight& sight,
+                 bool by_ray);
+  double misfit(std::int32_t receiver, const Site& site, const Kernel& kernel) const;
   double weight(std::int32_t receiver, double arriving) const;
 
   RefineSettings settings_;

@@ -13,6 +13,16 @@ namespace {
 constexpr std::uint32_t kLeafItems = 4;
 constexpr std::size_t kStack = 64;  // median splits: as deep as the count has bits
 
+bool same_corners(PolygonView a, PolygonView b) {
+  if (a.size() != b.size()) return false;
+  return std::all_of(a.begin(), a.end(),
+                     [&](const Vec3& x) { return std::find(b.begin(), b.end(), x) != b.end(); });
+}
+
+std::array<double, 6> key_of(const Box& b) {
+  return {b.lo.x, b.lo.y, b.lo.z, b.hi.x, b.hi.y, b.hi.z};
+}
+
 }  // namespace
 
 bool any_may_stand_between(std::span<const BlockerPolygon> polygons, double tolerance) {
@@ -32,7 +42,25 @@ BlockerIndex::BlockerIndex(std::span<const BlockerPolygon> blockers) : blockers_
   items_.reserve(blockers.size());
   for (std::size_t i = 0; i < blockers.size(); ++i)
     items_.push_back({bounds(blockers[i].polygon), static_cast<std::uint32_t>(i)});
+  drop_copies();
   if (!items_.empty()) build(0, static_cast<std::uint32_t>(items_.size()));
+}
+
+// Of polygons with the same corners, the two sides of a surface, the first is enough.
+void BlockerIndex::drop_copies() {
+  std::sort(items_.begin(), items_.end(), [](const Item& a, const Item& b) {
+    const auto x = key_of(a.box), y = key_of(b.box);
+    return x != y ? x < y : a.position < b.position;
+  });
+  std::size_t kept = 0;
+  for (const Item& item : items_) {
+    const PolygonView polygon = blockers_[item.position].polygon;
+    bool copy = false;
+    for (std::size_t k = kept; !copy && k > 0 && key_of(items_[k - 1].box) == key_of(item.box); --k)
+      copy = same_corners(polygon, blockers_[items_[k - 1].position].polygon);
+    if (!copy) items_[kept++] = item;
+  }
+  items_.resize(kept);
 }
 
 void BlockerIndex::build(std::uint32_t first, std::uint32_t count) {

@@ -52,6 +52,7 @@ class BlockerIndex {
     std::uint32_t first;  // leaf: its first item; else its second child (the first comes next)
     std::uint32_t count;  // leaf: its items; else 0
   };
+  void drop_copies();
   void build(std::uint32_t first, std::uint32_t count);
 
   std::span<const BlockerPolygon> blockers_;

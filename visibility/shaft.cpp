@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/check.h"
+#include "visibility/remainder.h"
 
 namespace atrium {
 
@@ -223,10 +224,14 @@ int side_of(PolygonView polygon, const Plane& plane, double tolerance) {
 
 }  // namespace
 
+bool separates(const Plane& plane, PolygonView p, PolygonView q, double tolerance) {
+  const int side = side_of(p, plane, tolerance);
+  return side != 0 && side_of(q, plane, tolerance) == -side;
+}
+
 bool blocks_all(PolygonView p, PolygonView q, PolygonView blocker, double tolerance) {
   const Plane plane = plane_of(blocker);
-  const int side = side_of(p, plane, tolerance);
-  if (side == 0 || side_of(q, plane, tolerance) != -side) return false;
+  if (!separates(plane, p, q, tolerance)) return false;
   // The corners of the hull's section lie on segments between corners of p and of q.
   for (const Vec3& a : p) {
     for (const Vec3& b : q) {
@@ -240,6 +245,84 @@ bool blocks_all(PolygonView p, PolygonView q, PolygonView blocker, double tolera
     }
   }
   return true;
+}
+
+namespace {
+
+// Where segments between corners of p and q cross a plane between them.
+Polygon crossings(PolygonView p, PolygonView q, const Plane& plane, double tolerance) {
+  Polygon out;
+  for (const Vec3& a : p)
+    for (const Vec3& b : q) {
+      const double da = std::abs(plane.distance(a)), db = std::abs(plane.distance(b));
+      if (da + db > tolerance) {
+        out.push_back(a + (b - a) * (da / (da + db)));
+        continue;
+      }
+      out.push_back(a);  // a segment along the plane
+      out.push_back(b);
+    }
+  return out;
+}
+
+// Their convex hull, the section of that of p and q. [Andrew 79, monotone chain]
+Polygon hull_of(std::span<const Vec3> points, const Frame& frame) {
+  std::vector<Vec2> in_order, hull;
+  for (const Vec3& x : points) in_order.push_back(frame.to_plane(x));
+  std::sort(in_order.begin(), in_order.end(),
+            [](const Vec2& a, const Vec2& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
+  const auto chain = [&](auto first, auto last) {
+    const std::size_t base = hull.size();
+    for (; first != last; ++first) {
+      const auto turns_right = [&] {
+        const Vec2 u = hull.back() - hull[hull.size() - 2], v = *first - hull.back();
+        return u.x * v.y - u.y * v.x <= 0;
+      };
+      while (hull.size() >= base + 2 && turns_right()) hull.pop_back();
+      hull.push_back(*first);
+    }
+    hull.pop_back();  // the other chain begins with it
+  };
+  chain(in_order.begin(), in_order.end());
+  chain(in_order.rbegin(), in_order.rend());
+  Polygon out;
+  for (const Vec2& x : hull) out.push_back(frame.to_space(x));
+  return out;
+}
+
+// The planes through a polygon's edges, upright on it, facing inward.
+std::vector<Plane> upright_sides(PolygonView polygon, const Vec3& normal) {
+  std::vector<Plane> sides;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3 edge = polygon[i + 1 < polygon.size() ? i + 1 : 0] - polygon[i];
+    if (!(length(edge) > 0)) continue;
+    const Vec3 inward = normalize(cross(normal, edge));
+    sides.push_back({inward, dot(inward, polygon[i])});
+  }
+  return sides;
+}
+
+}  // namespace
+
+bool block_all_together(PolygonView p, PolygonView q, std::span<const PolygonView> blockers,
+                        double tolerance) {
+  const Frame frame = frame_of(blockers[0]);
+  const Plane plane{frame.n, dot(frame.n, frame.origin)};
+  if (!separates(plane, p, q, tolerance)) return false;
+  // The quick no: a corner of the section that none of them covers.
+  const Polygon corners = crossings(p, q, plane, tolerance);
+  for (const Vec3& x : corners)
+    if (std::none_of(blockers.begin(), blockers.end(), [&](PolygonView blocker) {
+          return contains(blocker, plane_of(blocker).normal, x, tolerance);
+        }))
+      return false;
+  const Polygon open = hull_of(corners, frame);
+  if (open.size() < 3) return false;
+  Remainder left(open);
+  for (const PolygonView blocker : blockers)
+    if (!left.overflow && left.count > 0)
+      left.cut_out(upright_sides(blocker, plane_of(blocker).normal), tolerance);
+  return left.nothing();
 }
 
 }  // namespace atrium

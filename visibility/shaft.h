@@ -57,4 +57,12 @@ bool may_block(const Shaft& shaft, const Box& box, std::uint32_t& planes);
 // tolerance count as closed.
 bool blocks_all(PolygonView p, PolygonView q, PolygonView blocker, double tolerance);
 
+// The same of several blockers in one plane, pieces of a wall that cells or a modeller cut, which
+// jointly cover the hull's section there. May miss one that is cut into many.
+bool block_all_together(PolygonView p, PolygonView q, std::span<const PolygonView> coplanar,
+                        double tolerance);
+
+// Are p and q on either side of the plane, up to the tolerance?
+bool separates(const Plane& plane, PolygonView p, PolygonView q, double tolerance);
+
 }  // namespace atrium

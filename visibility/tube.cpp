@@ -1,6 +1,7 @@
 #include "visibility/tube.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace atrium {
 
@@ -56,12 +57,46 @@ Tube subdivide(const Tube& parent, const PolygonPair& child, const BlockerIndex&
                    index);
 }
 
+namespace {
+
+// Do some of the list, all in one plane, hide p from q together? Each plane is asked about once, by
+// the first blocker in it.
+bool coplanar_block_all(std::span<const std::uint32_t> list, const PolygonPair& ends,
+                        const BlockerIndex& index, double tolerance) {
+  std::array<Plane, Tube::kCapacity> planes;
+  std::array<bool, Tube::kCapacity> done{};
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    planes[i] = plane_of(index.blockers()[list[i]].polygon);
+    done[i] = !separates(planes[i], ends.p, ends.q, tolerance);
+  }
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (done[i]) continue;
+    std::array<PolygonView, Tube::kCapacity> group;
+    std::size_t count = 0;
+    for (std::size_t j = i; j < list.size(); ++j) {
+      const PolygonView other = index.blockers()[list[j]].polygon;
+      const bool coplanar = !done[j] && std::all_of(other.begin(), other.end(), [&](const Vec3& x) {
+        return std::abs(planes[i].distance(x)) <= tolerance;
+      });
+      if (!coplanar) continue;
+      done[j] = true;
+      group[count++] = other;
+    }
+    if (count > 1 && block_all_together(ends.p, ends.q, std::span(group).first(count), tolerance))
+      return true;
+  }
+  return false;
+}
+
+}  // namespace
+
 Variety variety(Tube& tube, const PolygonPair& ends, const BlockerIndex& index, double tolerance) {
   if (tube.decided) return tube.known;
   const auto list = tube.list();
-  const bool hidden = std::any_of(list.begin(), list.end(), [&](std::uint32_t position) {
+  const bool by_one = std::any_of(list.begin(), list.end(), [&](std::uint32_t position) {
     return blocks_all(ends.p, ends.q, index.blockers()[position].polygon, tolerance);
   });
+  const bool hidden = by_one || coplanar_block_all(list, ends, index, tolerance);
   tube.decided = true;
   tube.known = hidden ? Variety::INVISIBLE : Variety::PARTIAL;
   return tube.known;

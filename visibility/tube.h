@@ -4,7 +4,8 @@
 //
 // Invariants:
 //  1. Conservative: a list misses no blocker that reaches into the shaft by more than the
-//     tolerance. VISIBLE and INVISIBLE are certain; PARTIAL is what neither could be shown for.
+//     tolerance. VISIBLE and INVISIBLE are certain, the latter by one blocker or by several in one
+//     plane; PARTIAL is what neither could be shown for.
 //  2. A tube with more candidates than kCapacity is crowded: it holds no list, is PARTIAL, and its
 //     children draw theirs from the working set's index again.
 //  3. Plain data without heap; copying one is copying an array.

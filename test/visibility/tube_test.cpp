@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <vector>
 
@@ -101,6 +102,39 @@ TEST_P(AtScaleAndOffset, HalfAPlateHidesPartOfTheCeiling) {
   EXPECT_EQ(set.between(floor(0, 1), ceiling(2, 4), tolerance()), Variety::PARTIAL);
 }
 
+// The plate of above in pieces: two halves, four quarters that overlap, three with one short of the
+// wall by a tenth of the tolerance.
+TEST_P(AtScaleAndOffset, PiecesOfAPlateHideTheCeilingTogether) {
+  const auto quarter = [](double x0, double x1, double y0, double y1) {
+    return Polygon{{x0, y0, 1}, {x1, y0, 1}, {x1, y1, 1}, {x0, y1, 1}};
+  };
+  for (const std::vector<Polygon>& pieces :
+       {std::vector{plate(0, 1.7, 3), plate(1.7, 4, 3)},
+        std::vector{quarter(0, 2.1, 0, 1.6), quarter(2, 4, 0, 1.5), quarter(0, 2, 1.5, 3),
+                    quarter(1.9, 4, 1.4, 3)},
+        std::vector{plate(0, 1, 3), plate(1, 3, 3), plate(3, 4 - 1e-7, 3)}}) {
+    auto list = room();
+    list.insert(list.end(), pieces.begin(), pieces.end());
+    const WorkingSet set = placed(list);
+    EXPECT_EQ(set.between(set.polygons[0], set.polygons[1], tolerance()), Variety::INVISIBLE)
+        << pieces.size();
+  }
+}
+
+// A slit of a millimetre, a hole where four meet, and halves at different heights (past which a
+// slanted segment finds its way) let light through.
+TEST_P(AtScaleAndOffset, PiecesThatLeaveAGapDoNot) {
+  for (const std::vector<Polygon>& pieces :
+       {std::vector{plate(0, 1.7, 3), plate(1.701, 4, 3)},
+        std::vector{plate(0, 1.7, 3), plate(1.7, 4, 2.999)},
+        std::vector{plate(0, 1.7, 3, 0.9), plate(1.7, 4, 3, 1.1)}}) {
+    auto list = room();
+    list.insert(list.end(), pieces.begin(), pieces.end());
+    const WorkingSet set = placed(list);
+    EXPECT_EQ(set.between(set.polygons[0], set.polygons[1], tolerance()), Variety::PARTIAL);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Tube, AtScaleAndOffset,
                          testing::Values(std::pair{1.0, 0.0}, std::pair{1e-6, 0.0},
                                          std::pair{1.0, 1e6}, std::pair{1e4, 0.0}));
@@ -116,6 +150,8 @@ TEST(Tube, ChildrenAgreeWithRaysAndWithFreshTubes) {
     const double z = 0.2 + 1.6 * unit(random);
     list.push_back(plate(x, x + unit(random), 2.5 * unit(random) + 0.3, z));
   }
+  // A shelf of three boards in one plane.
+  for (const double x : {0.0, 0.7, 1.4}) list.push_back(plate(x, x + 0.7, 1.3, 0.8));
   const WorkingSet set(list);
   const RayScene rays(set.blockers);
   int counts[3] = {0, 0, 0};
@@ -179,6 +215,20 @@ TEST(Tube, CrowdedUntilItsPartsAreNarrowEnough) {
       make_tube(make_shaft(bounds(list[0]), bounds(list[1]), kTolerance), set.index);
   EXPECT_TRUE(clusters.crowded);
   EXPECT_EQ(subdivide(clusters, pair(floor, ceiling), set.index, kTolerance).count, 8u);
+}
+
+TEST(Tube, BothSidesOfASurfaceAreOneBlocker) {
+  auto list = room();
+  list.push_back(plate(1, 2, 1));
+  Polygon back = plate(1, 2, 1);
+  std::reverse(back.begin(), back.end());
+  list.push_back(back);
+  list.push_back(plate(1, 2, 1.5));  // the same plane, not the same corners
+  const WorkingSet set(list);
+  const Tube tube = make_tube(pair(list[0], list[1]), set.index, kTolerance);
+  std::vector<std::uint32_t> found(tube.list().begin(), tube.list().end());
+  std::sort(found.begin(), found.end());
+  EXPECT_EQ(found, (std::vector<std::uint32_t>{6, 8}));
 }
 
 TEST(Tube, WhatIsSettledIsInherited) {
