@@ -5,9 +5,9 @@
 #include <map>
 #include <numeric>
 #include <polyclipping/clipper.hpp>
+#include <set>
 
 #include "engine/disjoint_sets.h"
-#include "visibility/box_tree.h"
 
 namespace atrium {
 
@@ -25,6 +25,10 @@ constexpr double kGridOfTolerance = 0.1;
 constexpr double kMiterLimit = 4;
 // A width is found to this share of itself.
 constexpr double kWidthShare = 1e-3;
+// The objects around an opening come this near to its rim: a share of its width, and tolerances.
+constexpr double kNearWidths = 0.25, kNearTolerances = 10;
+// Places along a rim's side at which objects are looked for.
+constexpr int kRimPlaces = 8;
 // Where along a shared side the spaces beside it are tried for being joined.
 constexpr double kTries[] = {0.1, 0.5, 0.9};
 
@@ -280,6 +284,32 @@ Openings find_openings(const Bsp& bsp, const std::vector<CellPortal>& portals,
     region.add_narrow(0.5 * size / region.unit(), found.narrow);
   }
   return found;
+}
+
+std::vector<ObjectId> objects_around(const Scene& scene, const BoxTree& tree,
+                                     const NarrowOpening& opening) {
+  const double near = std::max(kNearWidths * opening.width, kNearTolerances * scene.tolerance);
+  std::map<ObjectId, double> rim;
+  for (const Polygon& loop : opening.outline)
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Vec3 a = loop[i], side = loop[(i + 1) % loop.size()] - a;
+      for (int k = 0; k < kRimPlaces; ++k) {
+        const Vec3 x = a + (k + 0.5) / kRimPlaces * side;
+        std::set<ObjectId> here;
+        tree.visit({x - Vec3{near}, x + Vec3{near}}, [&](std::uint32_t s) {
+          const Surface& surface = scene.surfaces[s];
+          if (!here.contains(surface.object) && distance_to(scene.polygon(surface), x) <= near)
+            here.insert(surface.object);
+        });
+        for (ObjectId object : here) rim[object] += length(side) / kRimPlaces;
+      }
+    }
+  std::vector<std::pair<ObjectId, double>> rows(rim.begin(), rim.end());
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::vector<ObjectId> objects;
+  for (const auto& [object, length_of_rim] : rows) objects.push_back(object);
+  return objects;
 }
 
 }  // namespace atrium

@@ -13,6 +13,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/scene.h"
+#include "visibility/box_tree.h"
 #include "visibility/bsp.h"
 #include "visibility/portal.h"
 
@@ -43,5 +45,10 @@ std::vector<bool> passable(const Bsp& bsp, const std::vector<CellPortal>& portal
 // What a ball of `size` metres passes, and what it does not.
 Openings find_openings(const Bsp& bsp, const std::vector<CellPortal>& portals,
                        const std::vector<std::vector<std::uint32_t>>& groups, double size);
+
+// Whose surfaces come near to the opening's rim: those that are near to most of it first. `tree` is
+// of the scene's surfaces.
+std::vector<ObjectId> objects_around(const Scene& scene, const BoxTree& tree,
+                                     const NarrowOpening& opening);
 
 }  // namespace atrium
