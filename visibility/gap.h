@@ -5,7 +5,8 @@
 //
 // Invariants:
 //  1. Nothing wider than asked for is closed: a portal is taken out only where no ball of that size
-//     passes it, and only as a part of an opening that is as narrow (opening.h).
+//     passes it, only as a part of an opening that is as narrow (opening.h), and not where the
+//     opening goes on in a cell beside it.
 //  2. What this hides is seen through reported gaps alone: sight from lit space comes to a gap that
 //     touches lit space before it comes to any other.
 // Pure functions; safe from any thread.

@@ -32,31 +32,6 @@ constexpr int kRimPlaces = 8;
 // Where along a shared side the spaces beside it are tried for being joined.
 constexpr double kTries[] = {0.1, 0.5, 0.9};
 
-// The portals between two cells, whichever is the front.
-class Between {
- public:
-  explicit Between(const std::vector<CellPortal>& portals) : portals_(portals) {
-    for (std::uint32_t i = 0; i < portals.size(); ++i)
-      rows_[std::minmax(portals[i].front, portals[i].back)].push_back(i);
-  }
-
-  // Is one cell the other, or joined with it by a portal that holds the point?
-  bool joined(std::uint32_t a, std::uint32_t b, const Vec3& x, double tolerance) const {
-    if (a == b) return true;
-    const auto row = rows_.find(std::minmax(a, b));
-    if (row == rows_.end()) return false;
-    return std::any_of(row->second.begin(), row->second.end(), [&](std::uint32_t i) {
-      const Plane plane = plane_of(portals_[i].polygon);
-      return std::abs(plane.distance(x)) <= tolerance &&
-             contains(portals_[i].polygon, plane.normal, x, tolerance);
-    });
-  }
-
- private:
-  const std::vector<CellPortal>& portals_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> rows_;
-};
-
 // Calls meet(x) with points of the sides that two polygons of one plane share, until it says true.
 template <class Meet>
 bool any_shared_point(PolygonView p, PolygonView q, double tolerance, Meet&& meet) {
@@ -76,21 +51,6 @@ bool any_shared_point(PolygonView p, PolygonView q, double tolerance, Meet&& mee
     }
   }
   return false;
-}
-
-bool one_opening(const CellPortal& p, const CellPortal& q, const Between& between,
-                 double tolerance) {
-  const Plane plane = plane_of(p.polygon);
-  const Vec3 other = plane_of(q.polygon).normal;
-  if (length(cross(plane.normal, other)) > kSamePlane) return false;
-  for (const Vec3& x : q.polygon)
-    if (std::abs(plane.distance(x)) > tolerance) return false;
-  const bool along = dot(plane.normal, other) > 0;
-  const std::uint32_t q_front = along ? q.front : q.back, q_back = along ? q.back : q.front;
-  return any_shared_point(p.polygon, q.polygon, tolerance, [&](const Vec3& x) {
-    return between.joined(p.front, q_front, x, tolerance) &&
-           between.joined(p.back, q_back, x, tolerance);
-  });
 }
 
 Paths offset(const Paths& paths, double steps) {
@@ -240,6 +200,36 @@ class Region {
 
 }  // namespace
 
+Joints::Joints(const std::vector<CellPortal>& portals) : portals_(portals) {
+  for (std::uint32_t i = 0; i < portals.size(); ++i)
+    rows_[std::minmax(portals[i].front, portals[i].back)].push_back(i);
+}
+
+bool Joints::joined(std::uint32_t a, std::uint32_t b, const Vec3& x, double tolerance) const {
+  if (a == b) return true;
+  const auto row = rows_.find(std::minmax(a, b));
+  if (row == rows_.end()) return false;
+  return std::any_of(row->second.begin(), row->second.end(), [&](std::uint32_t i) {
+    const Plane plane = plane_of(portals_[i].polygon);
+    return std::abs(plane.distance(x)) <= tolerance &&
+           contains(portals_[i].polygon, plane.normal, x, tolerance);
+  });
+}
+
+bool one_opening(const CellPortal& p, const CellPortal& q, const Joints& joints, double tolerance) {
+  const Plane plane = plane_of(p.polygon);
+  const Vec3 other = plane_of(q.polygon).normal;
+  if (length(cross(plane.normal, other)) > kSamePlane) return false;
+  for (const Vec3& x : q.polygon)
+    if (std::abs(plane.distance(x)) > tolerance) return false;
+  const bool along = dot(plane.normal, other) > 0;
+  const std::uint32_t q_front = along ? q.front : q.back, q_back = along ? q.back : q.front;
+  return any_shared_point(p.polygon, q.polygon, tolerance, [&](const Vec3& x) {
+    return joints.joined(p.front, q_front, x, tolerance) &&
+           joints.joined(p.back, q_back, x, tolerance);
+  });
+}
+
 std::vector<std::vector<std::uint32_t>> group_portals(const Bsp& bsp,
                                                       const std::vector<CellPortal>& portals) {
   const double tolerance = kSliverTolerances * bsp.tolerance;
@@ -251,12 +241,12 @@ std::vector<std::vector<std::uint32_t>> group_portals(const Bsp& bsp,
     boxes.push_back(box);
   }
   const BoxTree tree(boxes);
-  const Between between(portals);
+  const Joints joints(portals);
   DisjointSets sets(portals.size());
   for (std::uint32_t i = 0; i < portals.size(); ++i)
     tree.visit(boxes[i], [&](std::uint32_t j) {
       if (j > i && sets.find(i) != sets.find(j) &&
-          one_opening(portals[i], portals[j], between, tolerance))
+          one_opening(portals[i], portals[j], joints, tolerance))
         sets.join(i, j);
     });
   std::map<std::size_t, std::vector<std::uint32_t>> groups;

@@ -11,6 +11,8 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "engine/scene.h"
@@ -33,6 +35,22 @@ struct Openings {
   std::vector<bool> wide;  // by portal
   std::vector<NarrowOpening> narrow;
 };
+
+// The portals between two cells, whichever is the front. They outlive it.
+class Joints {
+ public:
+  explicit Joints(const std::vector<CellPortal>& portals);
+
+  // Is one cell the other, or joined with it by a portal that holds the point?
+  bool joined(std::uint32_t a, std::uint32_t b, const Vec3& x, double tolerance) const;
+
+ private:
+  const std::vector<CellPortal>& portals_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> rows_;
+};
+
+// Do they touch in one plane where the space on both sides of them is joined?
+bool one_opening(const CellPortal& p, const CellPortal& q, const Joints& joints, double tolerance);
 
 // Portals by the opening that they are part of: rows that together hold each portal once.
 std::vector<std::vector<std::uint32_t>> group_portals(const Bsp& bsp,

@@ -65,7 +65,7 @@ std::vector<CellJoint> joints(const std::vector<CellPortal>& portals) {
 
 Space divide_space(const Scene& scene, double gap) {
   Space space;
-  space.bsp = build_bsp(scene, kGrain);
+  space.bsp = build_bsp(scene, kGrain, gap);
   const auto light = [&] {
     space.portals = find_portals(space.bsp);
     space.gaps = close_gaps(space.bsp, gap, space.portals);

@@ -192,6 +192,21 @@ TEST(Gaps, ADoorwayBesideStaysOpen) {
   EXPECT_GT(open_area(closed), open_area(strict) - 2 * cracks);
 }
 
+// The wall's parts touch each other and are 1 mm out of line: the space between their planes is
+// thin, and open to both rooms at the doorway.
+TEST(Gaps, ADoorwayBetweenWallsOutOfLineIsNone) {
+  SceneBuilder s = two_rooms();
+  const double x = wall_at(1), off = 0.001;
+  s.box("wall a", {x, 0, 0}, {x + kThick, 2.5, kHeight});
+  s.box("lintel", {x + 0.5 * off, 2.5, 2}, {x + 0.5 * off + kThick, 3.3, kHeight});
+  s.box("wall b", {x + off, 3.3, 0}, {x + off + kThick, kDepth, kHeight});
+  const Scene scene = s.build();
+  const Model closed = made(scene, kWider);
+  EXPECT_TRUE(closed.closed_gaps.empty())
+      << gap_words(named_gaps(scene, closed.closed_gaps).front());
+  EXPECT_TRUE(lit(scene, closed, "table 1"));
+}
+
 TEST(Gaps, InWords) {
   const NamedGap named{0.003, 4, {4, 2, 0.0015}, {"a", "b", "c", "d", "e"}};
   EXPECT_EQ(gap_words(named), "3 mm x 4 m at 4 2 0.0015: a, b, c, d and 1 more");
@@ -256,14 +271,14 @@ Scene shifted_rooms(double most) {
   return scene;
 }
 
-// Measured: 742 pairs straight; shifted 3808 strictly, 2292 with gaps closed.
+// Measured: 742 pairs straight; shifted 3808 strictly, 1260 with gaps closed.
 TEST(Gaps, ModelOfShiftedObjectsKeepsFewerPairsAndIsSoundButForThem) {
   const Scene crooked = shifted_rooms(0.001);
   const auto pairs = [](const Model& model) { return double(count(model).visible_pairs); };
   const Model closed = made(crooked, kWider);
   const double straight = pairs(made(shifted_rooms(0), 0)), strict = pairs(made(crooked, 0));
   EXPECT_GT(strict, 3 * straight);
-  EXPECT_LT(pairs(closed), 0.7 * strict);
+  EXPECT_LT(pairs(closed), 2 * straight);
   const SoundnessReport r = judge_visibility(crooked, closed, {.segments = 300'000});
   EXPECT_EQ(r.violations(), 0u) << (r.examples.empty() ? "" : r.examples.front());
 }
