@@ -6,6 +6,8 @@
 #include <bit>
 #include <chrono>
 
+#include "solver/form_factor.h"
+
 namespace atrium {
 
 namespace {
@@ -61,11 +63,27 @@ double measure_escape(const PatchTree& tree, const RayScene& rays, double tolera
   return double(count_escapes(tree, root, rays, kSecondLook, tolerance)) / kSecondLook;
 }
 
-void measure_escapes(Receiver& receiver, const Surroundings& around, double tolerance) {
+// The same where nothing can stand between: exact at the root's nodes.
+double escape_past(std::span<const BlockerPolygon> outlines, const PatchTree& tree) {
+  constexpr double kClosed = 1e-7;  // below it, what is left of the sum is the form factors' noise
+  const Site root = make_site(tree.view(), 0);
+  double escape = 0;
+  for (int k = 0; k < root.nodes; ++k) {
+    double met = 0;
+    for (const BlockerPolygon& b : outlines)
+      met += point_to_polygon(root.x[k], root.normal, b.polygon);
+    escape += root.weight[k] * (1 - met);
+  }
+  return escape > kClosed ? escape : 0;
+}
+
+void measure_escapes(Receiver& receiver, const RayWorld& world, double tolerance) {
+  const Surroundings around = world.surroundings();
   tbb::parallel_for(std::size_t(0), receiver.trees.size(), [&](std::size_t p) {
     PatchTree& tree = receiver.trees[p];
     if (!tree.head.inert && tree.head.escape < 0)
-      tree.head.escape = measure_escape(tree, *around.rays, tolerance);
+      tree.head.escape = around.rays ? measure_escape(tree, *around.rays, tolerance)
+                                     : escape_past(world.outlines(), tree);
   });
 }
 
@@ -167,7 +185,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     if (!world.ok()) return world.status();
     around = (*world)->surroundings();
     blocker_bytes = (*world)->bytes();
-    measure_escapes(receiver, around, task.refine.tolerance);
+    measure_escapes(receiver, **world, task.refine.tolerance);
   }
 
   // 3. For each source cluster S visible to R

@@ -5,8 +5,9 @@
 
 #include "engine/cluster_record.h"
 #include "engine/quantity.h"
-#include "scheduler/run_model.h"
 #include "scheduler/order.h"
+#include "scheduler/run_model.h"
+#include "scheduler/working_set.h"
 #include "visibility/partition.h"
 
 namespace atrium {
@@ -90,10 +91,14 @@ void plan_disk(const SolveOptions& options, const Model& model, Plan& plan) {
       static_cast<double>(first) * kCopies * kGrowthByError / options.error);
 }
 
-void plan_left_out(const Prepared& p, Plan& plan) {
+void plan_left_out(const SolveOptions& options, const Prepared& p, Plan& plan) {
   const Model& m = p.model;
   if (m.cells.size() <= 1)
     plan.left_out.push_back({"portals", "the scene is one cell: everything in it may see everything"});
+  const std::uint32_t empty = forces(options, kRays) ? 0 : count_rooms_without_rays(m);
+  if (empty > 0)
+    plan.left_out.push_back({kRays, std::to_string(empty) + " of " + std::to_string(m.rooms) +
+                                        " rooms are convex and empty: nothing can stand between"});
   if (m.dark_surfaces > 0)
     plan.left_out.push_back({"dark surfaces", std::to_string(m.dark_surfaces) +
                                                   " surfaces stand where no light reaches"});
@@ -125,6 +130,10 @@ Status budget_too_small(const char* option, std::uint64_t given, std::uint64_t s
 
 }  // namespace
 
+bool forces(const SolveOptions& options, const std::string& feature) {
+  return std::find(options.force.begin(), options.force.end(), feature) != options.force.end();
+}
+
 Status validate(const SolveOptions& o) {
   const auto refuse = [](const char* option, const std::string& why, const std::string& remedy) {
     return Status(Code::kUsage, "", option, why, remedy);
@@ -143,9 +152,10 @@ Status validate(const SolveOptions& o) {
     return refuse("--io", "unknown way to the disk " + o.io, "use mmap or direct");
   if (!(o.checkpoint_every > 0))
     return refuse("--checkpoint-every", "not above 0", "try 10min");
-  if (!o.force.empty())
-    return refuse("--force", "nothing named " + o.force[0] + " is ever left out",
-                  "see left_out in atrium plan");
+  for (const std::string& feature : o.force)
+    if (feature != kRays)
+      return refuse("--force", feature + " can not be forced",
+                    "use rays, which are left out in convex empty rooms");
   return {};
 }
 
@@ -177,7 +187,7 @@ Result<Prepared> prepare(const SolveOptions& options) {
       options.min_edge > 0 ? options.min_edge : kSmallestEdge * std::sqrt(p.light.reference_area);
   plan_memory(options, p.model, plan);
   plan_disk(options, p.model, plan);
-  plan_left_out(p, plan);
+  plan_left_out(options, p, plan);
   for (const Warning& w : p.scene.warnings)
     plan.warnings.push_back(w.what + " (" + std::to_string(w.count) + ")");
   plan_gaps(p, plan);

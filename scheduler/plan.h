@@ -32,4 +32,8 @@ Result<Prepared> prepare(const SolveOptions& options);
 // Options that contradict themselves or the machine: kUsage.
 Status validate(const SolveOptions& options);
 
+// The feature that --force switches on: ray structures in convex empty rooms.
+inline constexpr char kRays[] = "rays";
+bool forces(const SolveOptions& options, const std::string& feature);
+
 }  // namespace atrium

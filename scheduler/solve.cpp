@@ -537,7 +537,8 @@ Result<SolveSummary> Scheduler::run() {
   ATRIUM_RETURN_IF_ERROR(prepare_all());
   ATRIUM_RETURN_IF_ERROR(take_up_run());
   const Model& model = prepared_->model;
-  worlds_ = std::make_unique<RayWorlds>(model, directory_.store());
+  worlds_ = std::make_unique<RayWorlds>(model, directory_.store(), forces(options_, kRays) ? RayUse::kAlways
+                                                                 : RayUse::kWhereSomethingMayBlock);
   // Half of the memory holds links, the others are on disk: their bits are the same.
   const std::uint64_t budget = options_.links == "keep" ? ~std::uint64_t{0} : options_.memory / 2;
   links_ = std::make_unique<KeptLinks>(directory_.store(), model.clusters.size(), budget);

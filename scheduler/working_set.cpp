@@ -5,7 +5,8 @@
 namespace atrium {
 
 Result<std::unique_ptr<RayWorld>> RayWorld::build(ClusterStore& store,
-                                                  std::span<const ClusterId> clusters) {
+                                                  std::span<const ClusterId> clusters,
+                                                  double tolerance, RayUse use) {
   std::unique_ptr<RayWorld> world(new RayWorld);
   for (const ClusterId id : clusters) {
     Result<ClusterPin> pin = store.read(record_id(RecordKind::kBlockers, id.value));
@@ -14,6 +15,7 @@ Result<std::unique_ptr<RayWorld>> RayWorld::build(ClusterStore& store,
   }
   for (const BlockerSet::Item& item : world->set_.items)
     world->polygons_.push_back({world->set_.polygon(item), item.patch});
+  if (use != RayUse::kAlways && !any_may_stand_between(world->polygons_, tolerance)) return world;
   world->index_.emplace(world->polygons_);
   world->rays_.emplace(world->polygons_);
   return world;
@@ -21,29 +23,45 @@ Result<std::unique_ptr<RayWorld>> RayWorld::build(ClusterStore& store,
 
 std::size_t RayWorld::bytes() const {
   return set_.items.size() * sizeof(BlockerSet::Item) + set_.vertices.size() * sizeof(Vec3) +
-         polygons_.size() * sizeof(BlockerPolygon) + index_->bytes() + rays_->bytes();
+         polygons_.size() * sizeof(BlockerPolygon) +
+         (index_ ? index_->bytes() + rays_->bytes() : 0);
 }
 
-RayWorlds::RayWorlds(const Model& model, ClusterStore& store) : model_(model), store_(store) {
-  std::vector<std::vector<ClusterId>> rows(model.rooms);
-  for (std::size_t c = 0; c < model.clusters.size(); ++c)
-    rows[model.clusters[c].room].push_back(ClusterId(c));
-  for (const std::vector<ClusterId>& row : rows) clusters_of_room_.push_row(row);
-}
-
-// All that anything in the room may see, and the room's own clusters, which block whether they are
-// seen or not.
-std::vector<ClusterId> RayWorlds::seen_from(std::uint32_t room) const {
-  std::vector<ClusterId> seen;
-  for (const ClusterId c : clusters_of_room_[room]) {
-    seen.push_back(c);
-    const std::span<const ClusterId> visible = model_.visible[c.value];
-    seen.insert(seen.end(), visible.begin(), visible.end());
+Rows<ClusterId> seen_from_rooms(const Model& model) {
+  std::vector<std::vector<ClusterId>> seen(model.rooms);
+  for (std::size_t c = 0; c < model.clusters.size(); ++c) {
+    std::vector<ClusterId>& row = seen[model.clusters[c].room];
+    const std::span<const ClusterId> visible = model.visible[c];
+    row.push_back(ClusterId(c));
+    row.insert(row.end(), visible.begin(), visible.end());
   }
-  std::sort(seen.begin(), seen.end());
-  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-  return seen;
+  Rows<ClusterId> rows;
+  for (std::vector<ClusterId>& row : seen) {
+    std::sort(row.begin(), row.end());
+    row.erase(std::unique(row.begin(), row.end()), row.end());
+    rows.push_row(row);
+  }
+  return rows;
 }
+
+std::uint32_t count_rooms_without_rays(const Model& model) {
+  const Rows<ClusterId> seen = seen_from_rooms(model);
+  std::uint32_t count = 0;
+  std::vector<BlockerPolygon> polygons;
+  for (std::size_t room = 0; room < seen.size(); ++room) {
+    polygons.clear();
+    for (const ClusterId c : seen[room]) {
+      const Cluster& cluster = model.clusters[c.value];
+      for (std::uint32_t p = 0; p < cluster.patch_count; ++p)
+        polygons.push_back({model.polygon(model.patches[cluster.first_patch + p]), p});
+    }
+    count += !polygons.empty() && !any_may_stand_between(polygons, model.tolerance);
+  }
+  return count;
+}
+
+RayWorlds::RayWorlds(const Model& model, ClusterStore& store, RayUse use)
+    : model_(model), store_(store), use_(use), seen_from_room_(seen_from_rooms(model)) {}
 
 Result<const RayWorld*> RayWorlds::of(ClusterId receiver) {
   const std::uint32_t room = model_.clusters[receiver.value].room;
@@ -53,7 +71,7 @@ Result<const RayWorld*> RayWorlds::of(ClusterId receiver) {
       return static_cast<const RayWorld*>(kept_[0].world.get());
     }
   if (kept_.size() == kKept) kept_.pop_back();
-  Result<std::unique_ptr<RayWorld>> world = RayWorld::build(store_, seen_from(room));
+  Result<std::unique_ptr<RayWorld>> world = RayWorld::build(store_, seen_from_room_[room], model_.tolerance, use_);
   if (!world.ok()) return world.status();
   kept_.insert(kept_.begin(), {room, std::move(world).value()});
   return static_cast<const RayWorld*>(kept_[0].world.get());

@@ -17,13 +17,27 @@
 
 namespace atrium {
 
-// Blockers of a set of clusters, ready to be asked.
+// When rays are left out.
+enum class RayUse { kWhereSomethingMayBlock, kAlways };
+
+// A row a room: its clusters, which block whether they are seen or not, and all that they may see.
+Rows<ClusterId> seen_from_rooms(const Model& model);
+
+// Rooms in which nothing can stand between: rays are left out there.
+std::uint32_t count_rooms_without_rays(const Model& model);
+
+// Blockers of a set of clusters, ready to be asked; of a convex empty room their polygons alone.
 class RayWorld {
  public:
   static Result<std::unique_ptr<RayWorld>> build(ClusterStore& store,
-                                                 std::span<const ClusterId> clusters);
+                                                 std::span<const ClusterId> clusters,
+                                                 double tolerance, RayUse use);
 
-  Surroundings surroundings() const { return {&*index_, &*rays_}; }
+  Surroundings surroundings() const {
+    return index_ ? Surroundings{&*index_, &*rays_} : Surroundings{};
+  }
+  // All that the room's receivers may see, and what blocks.
+  std::span<const BlockerPolygon> outlines() const { return polygons_; }
   std::size_t bytes() const;
   std::size_t polygons() const { return polygons_.size(); }
 
@@ -38,7 +52,7 @@ class RayWorld {
 // The last few rooms' ray worlds.
 class RayWorlds {
  public:
-  RayWorlds(const Model& model, ClusterStore& store);
+  RayWorlds(const Model& model, ClusterStore& store, RayUse use);
   Result<const RayWorld*> of(ClusterId receiver);
   std::size_t bytes() const;
 
@@ -48,11 +62,10 @@ class RayWorlds {
     std::uint32_t room = 0;
     std::unique_ptr<RayWorld> world;
   };
-  std::vector<ClusterId> seen_from(std::uint32_t room) const;
-
   const Model& model_;
   ClusterStore& store_;
-  Rows<ClusterId> clusters_of_room_;
+  RayUse use_;
+  Rows<ClusterId> seen_from_room_;
   std::vector<Entry> kept_;  // the last used first
 };
 

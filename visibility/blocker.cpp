@@ -15,6 +15,19 @@ constexpr std::size_t kStack = 64;  // median splits: as deep as the count has b
 
 }  // namespace
 
+bool any_may_stand_between(std::span<const BlockerPolygon> polygons, double tolerance) {
+  return std::any_of(polygons.begin(), polygons.end(), [&](const BlockerPolygon& b) {
+    const Plane plane = plane_of(b.polygon);
+    bool front = false, back = false;
+    for (const BlockerPolygon& other : polygons)
+      for (const Vec3& x : other.polygon) {
+        front |= plane.distance(x) > tolerance;
+        back |= plane.distance(x) < -tolerance;
+      }
+    return front && back;
+  });
+}
+
 BlockerIndex::BlockerIndex(std::span<const BlockerPolygon> blockers) : blockers_(blockers) {
   items_.reserve(blockers.size());
   for (std::size_t i = 0; i < blockers.size(); ++i)

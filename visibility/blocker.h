@@ -25,6 +25,10 @@ struct BlockerPolygon {
   std::uint32_t id = 0;  // the caller's name for it
 };
 
+// Can any of them stand between two points of them? Not where each has all the others on one side,
+// as the walls of a convex empty room have.
+bool any_may_stand_between(std::span<const BlockerPolygon> polygons, double tolerance);
+
 class BlockerIndex {
  public:
   BlockerIndex() = default;

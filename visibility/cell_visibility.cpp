@@ -14,7 +14,9 @@ namespace {
 // flooded. A count, not a clock: the same on every machine.
 constexpr std::size_t kMostSteps = 2'000'000'000;
 constexpr std::size_t kLeastSteps = 1000;
-// Windows that a pair's flow may look at before the two count as seeing each other.
+// The same of pairs, of which each has its cluster's share of these left, and the limit of each. A
+// pair that comes to its limit counts as seeing each other.
+constexpr std::size_t kMostPairSteps = 20'000'000;
 constexpr std::size_t kStepsOfPair = 256;
 }  // namespace
 
@@ -44,7 +46,7 @@ CellVisibility::CellVisibility(const PortalGraph& graph, const Frame& frame,
     : graph_(graph),
       frame_(frame),
       places_(std::move(places)),
-      places_in_(graph.out_of.size()),
+      places_in_(graph.cells()),
       places_of_(clusters) {
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     places_in_[places_[i].cell].push_back(i);
@@ -69,7 +71,7 @@ void CellVisibility::collect(std::uint32_t cluster, Worker& worker) const {
   for (std::uint32_t from : places_of_[cluster]) {
     const ClusterInCell& place = places_[from];
     for (std::uint32_t i : places_in_[place.cell]) worker.add(places_[i].cluster);
-    worker.flow.run_from_cell(corners_of(frame_, place.box, graph_.tolerance), place.cell, steps);
+    worker.flow.run(corners_of(frame_, place.box, graph_.tolerance), place.cell, steps);
     worker.flow.each_seen([&](const SeenSpace& space) {
       for (std::uint32_t i : places_in_[space.cell])
         if (!worker.has(places_[i].cluster) && seen(places_[i], space.planes))
@@ -119,11 +121,18 @@ std::vector<Plane> CellVisibility::shaft_of(const Box& a, const Box& b) const {
 }
 
 bool CellVisibility::PairJudge::joined(const ClusterInCell& a, const ClusterInCell& b) {
+  if (steps_left_ == 0) return true;
   const std::vector<Vec3> source = corners_of(sight_.frame_, a.box, sight_.graph_.tolerance);
-  return flow_.run_within(
-      source, a.cell, sight_.shaft_of(a.box, b.box), kStepsOfPair, [&](const SeenSpace& space) {
-        return space.cell == b.cell && sight_.seen(b, space.planes);
-      });
+  const bool reached = flow_.run_within(
+      source, a.cell, sight_.shaft_of(a.box, b.box), std::min(steps_left_, kStepsOfPair),
+      [&](const SeenSpace& space) { return space.cell == b.cell && sight_.seen(b, space.planes); });
+  steps_left_ -= std::min(steps_left_, flow_.steps());
+  return reached;
+}
+
+void CellVisibility::PairJudge::keep_joined(std::uint32_t c, std::vector<std::uint32_t>& partners) {
+  steps_left_ = kMostPairSteps / sight_.places_of_.size();
+  std::erase_if(partners, [&](std::uint32_t d) { return !joined(c, d); });
 }
 
 bool CellVisibility::PairJudge::joined(std::uint32_t c, std::uint32_t d) {

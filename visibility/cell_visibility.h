@@ -31,16 +31,19 @@ class CellVisibility {
   // The pairs of which either sees the other's boxes from its own.
   PairRows seen_pairs() const;
 
-  // Is there a place of c and one of d between which sight spreads within the shaft of both?
+  // Leaves the partners of a cluster such that sight spreads between a place of the one and a place
+  // of the other within the shaft of both.
   class PairJudge {
    public:
     explicit PairJudge(const CellVisibility& sight) : sight_(sight), flow_(sight.graph_) {}
-    bool joined(std::uint32_t c, std::uint32_t d);
+    void keep_joined(std::uint32_t c, std::vector<std::uint32_t>& partners);
 
    private:
+    bool joined(std::uint32_t c, std::uint32_t d);
     bool joined(const ClusterInCell& a, const ClusterInCell& b);
     const CellVisibility& sight_;
     PortalFlow flow_;
+    std::size_t steps_left_ = 0;
   };
 
  private:

@@ -9,15 +9,6 @@ namespace atrium {
 
 namespace {
 
-// Leaves the pairs for which `holds`.
-template <class Holds>
-void keep_pairs(PairRows& pairs, Holds&& holds) {
-  tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t c) {
-    std::erase_if(pairs[c],
-                  [&](std::uint32_t d) { return !holds(static_cast<std::uint32_t>(c), d); });
-  });
-}
-
 Rows<ClusterId> both_ways(const PairRows& pairs) {
   Rows<ClusterId> rows;
   std::vector<std::uint32_t> length(pairs.size(), 0);
@@ -45,9 +36,12 @@ Rows<ClusterId> find_visible(const Bsp& bsp, const std::vector<CellPortal>& lit_
   const CellVisibility sight(graph, bsp.frame, std::move(places), model.clusters.size());
   PairRows pairs = sight.seen_pairs();
   const Facing facing(model);
-  keep_pairs(pairs, [&](std::uint32_t c, std::uint32_t d) { return facing.may_see(c, d); });
   tbb::enumerable_thread_specific<CellVisibility::PairJudge> judges(sight);
-  keep_pairs(pairs, [&](std::uint32_t c, std::uint32_t d) { return judges.local().joined(c, d); });
+  tbb::parallel_for(std::size_t{0}, pairs.size(), [&](std::size_t i) {
+    const auto c = static_cast<std::uint32_t>(i);
+    std::erase_if(pairs[c], [&](std::uint32_t d) { return !facing.may_see(c, d); });
+    judges.local().keep_joined(c, pairs[c]);
+  });
   return both_ways(pairs);
 }
 

@@ -1,5 +1,7 @@
 #include "visibility/partition.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <map>
 #include <tuple>
@@ -30,9 +32,8 @@ struct Space {
 struct LoosePatch {
   Patch patch;
   PatchPiece piece;
-  ObjectId object;
   std::uint32_t room = 0;
-  std::uint32_t part = 0;  // of the object in that room, where it was split by proximity
+  std::uint32_t part = 0;  // of its object in that room, where it was split by proximity
 };
 
 Polygon side_of(const Scene& scene, const Surface& surface, Sides side) {
@@ -149,10 +150,12 @@ void add_patch(LoosePatch loose, double tolerance, std::vector<LoosePatch>& patc
   }
 }
 
+// What both sides of the surfaces show to lit space.
 std::vector<LoosePatch> find_patches(const Scene& scene, const Space& space, const BoxTree& tree,
+                                     std::span<const std::uint32_t> surfaces,
                                      std::uint64_t& dark_surfaces) {
   std::vector<LoosePatch> patches;
-  for (std::uint32_t i = 0; i < scene.surfaces.size(); ++i) {
+  for (std::uint32_t i : surfaces) {
     const Surface& s = scene.surfaces[i];
     const std::size_t before = patches.size();
     bool faces_light = false;
@@ -167,7 +170,6 @@ std::vector<LoosePatch> find_patches(const Scene& scene, const Space& space, con
         loose.patch.material = s.material;
         loose.patch.back = side == kBack;
         loose.patch.inert = inert;
-        loose.object = s.object;
         loose.room = main_room(piece, space.rooms);
         loose.piece = std::move(piece);
         add_patch(std::move(loose), scene.tolerance, patches);
@@ -199,13 +201,12 @@ void split_crowd(std::vector<LoosePatch>& patches, std::vector<std::uint32_t> cr
 }
 
 void split_crowds(std::vector<LoosePatch>& patches, std::uint32_t most) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> groups;
-  for (std::uint32_t i = 0; i < patches.size(); ++i)
-    groups[{patches[i].object.value, patches[i].room}].push_back(i);
-  for (auto& [key, group] : groups) {
-    if (group.size() <= most) continue;
+  std::map<std::uint32_t, std::vector<std::uint32_t>> in_room;
+  for (std::uint32_t i = 0; i < patches.size(); ++i) in_room[patches[i].room].push_back(i);
+  for (auto& [room, crowd] : in_room) {
+    if (crowd.size() <= most) continue;
     std::uint32_t part = 0;
-    split_crowd(patches, std::move(group), most, part);
+    split_crowd(patches, std::move(crowd), most, part);
   }
 }
 
@@ -216,22 +217,21 @@ Box box_in_frame(const Frame& f, PolygonView polygon) {
   return box;
 }
 
-// Lays patches and clusters out in the model, and says what of each cluster each cell has.
-std::vector<ClusterInCell> lay_out(const std::vector<LoosePatch>& sorted, const Bsp& bsp,
-                                   Model& model) {
+// Lays an object's patches out in the model, a cluster for each room and part of a crowd, and adds
+// what of each cluster each cell has.
+void lay_out(std::span<const LoosePatch> sorted, ObjectId object, const Bsp& bsp, Model& model,
+             std::vector<ClusterInCell>& out) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, Box> places;
   const LoosePatch* last = nullptr;
   for (const LoosePatch& loose : sorted) {
-    const bool same = last && last->object == loose.object && last->room == loose.room &&
-                      last->part == loose.part;
-    last = &loose;
-    if (!same) {
+    if (!last || last->room != loose.room || last->part != loose.part) {
       Cluster cluster;
-      cluster.object = loose.object;
+      cluster.object = object;
       cluster.room = loose.room;
       cluster.first_patch = static_cast<std::uint32_t>(model.patches.size());
       model.clusters.push_back(cluster);
     }
+    last = &loose;
     Cluster& cluster = model.clusters.back();
     const auto id = static_cast<std::uint32_t>(model.clusters.size() - 1);
     Patch patch = loose.patch;
@@ -246,20 +246,46 @@ std::vector<ClusterInCell> lay_out(const std::vector<LoosePatch>& sorted, const 
     for (const CellPiece& p : loose.piece.pieces)
       places[{id, p.cell}].extend(box_in_frame(bsp.frame, p.polygon));
   }
-  std::vector<ClusterInCell> out;
   std::vector<CellId> row;
-  std::uint32_t cluster = 0;
-  for (const auto& [key, box] : places) {
-    if (key.first != cluster) {
-      model.cells_of_cluster.push_row(row);
-      row.clear();
-      cluster = key.first;
-    }
-    row.push_back(CellId(key.second));
-    out.push_back({key.first, key.second, box});
+  for (auto at = places.begin(); at != places.end();) {
+    const auto [cluster, cell] = at->first;
+    out.push_back({cluster, cell, at->second});
+    row.push_back(CellId(cell));
+    if (++at != places.end() && at->first.first == cluster) continue;
+    model.cells_of_cluster.push_row(row);
+    row.clear();
   }
-  if (!places.empty()) model.cells_of_cluster.push_row(row);
-  return out;
+}
+
+// Objects' patches one object after the other: before they are laid out they take much room.
+std::vector<ClusterInCell> lay_out_patches(const Scene& scene, const Space& space,
+                                           const BoxTree& tree, std::uint32_t most_of_cluster,
+                                           Model& model) {
+  std::vector<std::vector<std::uint32_t>> surfaces_of(scene.objects.size());
+  for (std::uint32_t i = 0; i < scene.surfaces.size(); ++i)
+    surfaces_of[scene.surfaces[i].object.value].push_back(i);
+  std::vector<ClusterInCell> places;
+  for (std::uint32_t object = 0; object < surfaces_of.size(); ++object) {
+    std::vector<LoosePatch> patches =
+        find_patches(scene, space, tree, surfaces_of[object], model.dark_surfaces);
+    split_crowds(patches, most_of_cluster);
+    std::stable_sort(patches.begin(), patches.end(), [](const LoosePatch& a, const LoosePatch& b) {
+      return std::tie(a.room, a.part) < std::tie(b.room, b.part);
+    });
+    lay_out(patches, ObjectId(object), space.bsp, model, places);
+  }
+  return places;
+}
+
+Rows<Contact> contacts_of_patches(const Scene& scene, const BoxTree& tree, const Model& model) {
+  std::vector<std::vector<Contact>> found(model.patches.size());
+  tbb::parallel_for(std::size_t{0}, found.size(), [&](std::size_t i) {
+    const Patch& p = model.patches[i];
+    if (!p.inert) found[i] = find_contacts(scene, tree, model.polygon(p));
+  });
+  Rows<Contact> contacts;
+  for (const std::vector<Contact>& row : found) contacts.push_row(row);
+  return contacts;
 }
 
 void lay_out_space(const Space& space, Model& model) {
@@ -318,16 +344,10 @@ Result<Model> partition(const Scene& scene, const PartitionOptions& options) {
   Model model;
   model.tolerance = scene.tolerance;
   model.closed_gaps = gaps_of_light(scene, tree, space.gaps, space.lit);
-  std::vector<LoosePatch> patches = find_patches(scene, space, tree, model.dark_surfaces);
-  split_crowds(patches, options.most_patches_of_cluster);
-  std::stable_sort(patches.begin(), patches.end(), [](const LoosePatch& a, const LoosePatch& b) {
-    return std::tie(a.object.value, a.room, a.part) < std::tie(b.object.value, b.room, b.part);
-  });
-  std::vector<ClusterInCell> places = lay_out(patches, space.bsp, model);
+  std::vector<ClusterInCell> places =
+      lay_out_patches(scene, space, tree, options.most_patches_of_cluster, model);
   lay_out_space(space, model);
-  for (const Patch& p : model.patches)
-    model.contacts.push_row(p.inert ? std::vector<Contact>{}
-                                    : find_contacts(scene, tree, model.polygon(p)));
+  model.contacts = contacts_of_patches(scene, tree, model);
   model.visible = find_visible(space.bsp, space.portals, model, std::move(places));
   return model;
 }

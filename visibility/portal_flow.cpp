@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <optional>
 
 namespace atrium {
@@ -126,18 +128,29 @@ std::vector<Vec3> corners_of(const Frame& frame, const Box& box, double toleranc
 PortalGraph make_graph(const Bsp& bsp, const std::vector<CellPortal>& portals) {
   PortalGraph graph;
   graph.tolerance = bsp.tolerance;
-  graph.out_of.resize(bsp.cells.size());
-  auto add = [&graph](Polygon polygon, const Plane& plane, std::uint32_t from, std::uint32_t to) {
+  graph.first_out.assign(bsp.cells.size() + 1, 0);
+  for (const CellPortal& p : portals)
+    for (std::uint32_t from : {p.front, p.back}) ++graph.first_out[from + 1];
+  std::partial_sum(graph.first_out.begin(), graph.first_out.end(), graph.first_out.begin());
+  const std::size_t n = 2 * portals.size();
+  graph.portals.resize(n);
+  for (auto* values : {&graph.x, &graph.y, &graph.z, &graph.radius}) values->resize(n);
+  std::vector<std::uint32_t> next(graph.first_out.begin(), graph.first_out.end() - 1);
+  auto add = [&](Polygon polygon, const Plane& plane, std::uint32_t from, std::uint32_t to) {
+    const std::uint32_t i = next[from]++;
     const Vec3 center = centroid(polygon);
-    double radius = 0;
-    for (const Vec3& x : polygon) radius = std::max(radius, length(x - center));
-    graph.out_of[from].push_back(static_cast<std::uint32_t>(graph.portals.size()));
-    graph.portals.push_back({std::move(polygon), plane, center, radius, from, to});
+    graph.x[i] = center.x, graph.y[i] = center.y, graph.z[i] = center.z;
+    for (const Vec3& x : polygon) graph.radius[i] = std::max(graph.radius[i], length(x - center));
+    graph.portals[i] = {std::move(polygon), plane, from, to, 0};
+    return i;
   };
   for (const CellPortal& p : portals) {
     const Plane plane = bsp.nodes[p.node].plane;
-    add({p.polygon.rbegin(), p.polygon.rend()}, plane.flipped(), p.front, p.back);
-    add(p.polygon, plane, p.back, p.front);
+    const std::uint32_t i =
+        add({p.polygon.rbegin(), p.polygon.rend()}, plane.flipped(), p.front, p.back);
+    const std::uint32_t j = add(p.polygon, plane, p.back, p.front);
+    graph.portals[i].twin = j;
+    graph.portals[j].twin = i;
   }
   return graph;
 }
@@ -158,19 +171,9 @@ void PortalFlow::start(std::span<const Vec3> source, std::size_t most_steps) {
   limits_ = {};
 }
 
-void PortalFlow::run_from_cell(std::span<const Vec3> source, std::uint32_t cell,
-                               std::size_t most_steps) {
-  source_portal_ = kNone;
+void PortalFlow::run(std::span<const Vec3> source, std::uint32_t cell, std::size_t most_steps) {
   start(source, most_steps);
   spread(cell, kNone);
-  while (!queue_.empty()) expand_next();
-}
-
-void PortalFlow::run_through(std::uint32_t portal, std::size_t most_steps) {
-  source_portal_ = portal;
-  start(graph_.portals[portal].polygon, most_steps);
-  planes_.push_back(graph_.portals[portal].plane);
-  spread(graph_.portals[portal].to, portal);
   while (!queue_.empty()) expand_next();
 }
 
@@ -186,7 +189,7 @@ std::uint32_t PortalFlow::expand_next() {
   windows_[portal].queued = false;
   ++windows_[portal].visits;
   bounding_planes(portal);
-  spread(graph_.portals[portal].to, portal);
+  spread(graph_.portals[portal].to, graph_.portals[portal].twin);
   windows_[portal].planes.assign(planes_.begin(), planes_.end());
   return portal;
 }
@@ -199,7 +202,6 @@ void PortalFlow::bounding_planes(std::uint32_t portal) {
     separating_planes(source_, windows_[portal].polygon, own.normal, kPlaneNoise * graph_.tolerance,
                       planes_);
   planes_.push_back(own);
-  if (source_portal_ != kNone) planes_.push_back(graph_.portals[source_portal_].plane);
 }
 
 bool PortalFlow::behind(const Plane& plane) const {
@@ -208,33 +210,46 @@ bool PortalFlow::behind(const Plane& plane) const {
 }
 
 void PortalFlow::spread(std::uint32_t cell, std::uint32_t entered) {
-  for (std::uint32_t next : graph_.out_of[cell]) {
-    if (entered != kNone && next == (entered ^ 1u)) continue;
-    if (source_portal_ != kNone && next >> 1 == source_portal_ >> 1) continue;
+  find_reaching(cell);
+  const std::uint32_t first = graph_.first_out[cell], last = graph_.first_out[cell + 1];
+  for (std::uint32_t next = first; next < last; ++next) {
+    if (reach_[next - first] <= graph_.tolerance || next == entered) continue;
     const Window& window = windows_[next];
     if (window.run == run_ && (window.visits >= kMostVisits || window.whole)) continue;
-    const DirectedPortal& portal = graph_.portals[next];
-    if (!behind(portal.plane)) continue;
+    if (!behind(graph_.portals[next].plane)) continue;
     if (++steps_ > most_steps_) flooded_ = true;
-    if (see(portal)) reach(next);
+    if (see(next)) reach(next);
   }
 }
 
+// How far the balls around the portals out of a cell reach before the plane where they do so least.
+void PortalFlow::find_reaching(std::uint32_t cell) {
+  const std::size_t first = graph_.first_out[cell], n = graph_.first_out[cell + 1] - first;
+  reach_.assign(n, std::numeric_limits<double>::infinity());
+  const double *x = &graph_.x[first], *y = &graph_.y[first], *z = &graph_.z[first];
+  const double* radius = &graph_.radius[first];
+  double* reach = reach_.data();
+  for (const std::span<const Plane> planes : {limits_, std::span<const Plane>(planes_)})
+    for (const Plane& p : planes)
+      for (std::size_t i = 0; i < n; ++i) {
+        const double d = p.normal.x * x[i] + p.normal.y * y[i] + p.normal.z * z[i] - p.offset;
+        reach[i] = std::min(reach[i], d + radius[i]);
+      }
+}
+
 // Leaves in seen_ what of the portal lies before all planes. Is there anything?
-bool PortalFlow::see(const DirectedPortal& portal) {
+bool PortalFlow::see(std::uint32_t portal) {
   const double tolerance = graph_.tolerance;
-  cutting_.clear();
+  const Vec3 center{graph_.x[portal], graph_.y[portal], graph_.z[portal]};
+  const double uncut = graph_.radius[portal] - tolerance;
+  const Polygon& whole = graph_.portals[portal].polygon;
+  seen_.assign(whole.begin(), whole.end());
   for (const std::span<const Plane> planes : {limits_, std::span<const Plane>(planes_)})
     for (const Plane& plane : planes) {
-      const double d = plane.distance(portal.center);
-      if (d + portal.radius <= tolerance) return false;
-      if (d - portal.radius < -tolerance) cutting_.push_back(&plane);
+      if (plane.distance(center) >= uncut) continue;
+      keep_seen(seen_, plane, tolerance, scratch_);
+      if (seen_.size() < 3) return false;
     }
-  seen_.assign(portal.polygon.begin(), portal.polygon.end());
-  for (const Plane* plane : cutting_) {
-    keep_seen(seen_, *plane, tolerance, scratch_);
-    if (seen_.size() < 3) return false;
-  }
   return true;
 }
 
@@ -264,7 +279,8 @@ void PortalFlow::reach(std::uint32_t portal) {
   }
   if (window.queued) return;
   window.queued = true;
-  queue_.push_back({length(whole.center - center_), portal});
+  const Vec3 middle{graph_.x[portal], graph_.y[portal], graph_.z[portal]};
+  queue_.push_back({length(middle - center_), portal});
   std::push_heap(queue_.begin(), queue_.end(), later);
 }
 

@@ -28,16 +28,17 @@ std::vector<Vec3> corners_of(const Frame& frame, const Box& box, double toleranc
 struct DirectedPortal {
   Polygon polygon;  // counter-clockwise about the plane's normal
   Plane plane;      // its normal along the passage
-  Vec3 center{0};
-  double radius = 0;  // m, about the centre
   std::uint32_t from = 0, to = 0;
+  std::uint32_t twin = 0;  // the same portal passed the other way
 };
 
-// Portal i passed from front to back is 2i, the other way 2i + 1.
+// Those that leave one cell follow each other, in the cells' order.
 struct PortalGraph {
   std::vector<DirectedPortal> portals;
-  std::vector<std::vector<std::uint32_t>> out_of;  // directed portals by the cell they leave
+  std::vector<std::uint32_t> first_out;  // by cell, and one more: its first portal
+  std::vector<double> x, y, z, radius;   // of the balls around the portals, m
   double tolerance = 0;
+  std::size_t cells() const { return first_out.size() - 1; }
 };
 PortalGraph make_graph(const Bsp& bsp, const std::vector<CellPortal>& portals);
 
@@ -51,17 +52,15 @@ class PortalFlow {
  public:
   explicit PortalFlow(const PortalGraph& graph);
 
-  // From all points of a convex source in a cell, given by its corners; or of a portal, into the
-  // cell beyond it. Afterwards each_seen reports what was reached, the start's own cell left out.
-  void run_from_cell(std::span<const Vec3> source, std::uint32_t cell, std::size_t most_steps);
-  void run_through(std::uint32_t portal, std::size_t most_steps);
+  // From all points of a convex source in a cell, given by its corners. Afterwards each_seen
+  // reports what was reached, the source's own cell left out.
+  void run(std::span<const Vec3> source, std::uint32_t cell, std::size_t most_steps);
 
   // From a convex source in a cell within limits, planes before which all lines of interest lie,
   // until `found` says of some of what is seen that it will do. Did it? Past `most_steps` it did.
   template <class Found>
   bool run_within(std::span<const Vec3> source, std::uint32_t cell, std::span<const Plane> limits,
                   std::size_t most_steps, Found&& found) {
-    source_portal_ = kNone;
     start(source, most_steps);
     limits_ = limits;
     spread(cell, kNone);
@@ -101,7 +100,8 @@ class PortalFlow {
   void start(std::span<const Vec3> source, std::size_t most_steps);
   void spread(std::uint32_t cell, std::uint32_t entered);
   std::uint32_t expand_next();
-  bool see(const DirectedPortal& portal);
+  void find_reaching(std::uint32_t cell);
+  bool see(std::uint32_t portal);
   void reach(std::uint32_t portal);
   void bounding_planes(std::uint32_t portal);
   bool behind(const Plane& plane) const;
@@ -109,7 +109,6 @@ class PortalFlow {
   const PortalGraph& graph_;
   std::vector<Vec3> source_;
   Vec3 center_{0};
-  std::uint32_t source_portal_ = kNone;
   std::uint32_t run_ = 0;
   std::size_t steps_ = 0, most_steps_ = 0;
   bool flooded_ = false;
@@ -119,6 +118,7 @@ class PortalFlow {
   std::vector<Plane> planes_;
   std::span<const Plane> limits_;
   std::vector<const Plane*> cutting_;
+  std::vector<double> reach_;  // of the portals out of a cell: how far their balls reach in
   Polygon seen_, scratch_;
 };
 

@@ -1,6 +1,7 @@
 // The same bits for any number of threads, any arena and any policy.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "pagestore/policy.h"
@@ -78,6 +79,32 @@ TEST_F(SameBits, TinyArenaUnderEveryPolicy) {
     EXPECT_GT(s.evictions, 0u);
     EXPECT_LT(s.hit_ratio, 1);
   }
+}
+
+// A convex room with nothing in it needs no rays; asking for them changes no bit.
+TEST(LeftOut, AConvexEmptyRoomWithAndWithoutRays) {
+  Bench bench(generated({.kind = "furnace", .rho = 0.5, .exitance = 100, .shape = "cube"}));
+  SolvedRun without(bench.options());
+  SolveOptions forced = bench.options();
+  forced.force = {"rays"};
+  SolvedRun with(forced);
+  ASSERT_TRUE(without.ok() && with.ok());
+  const auto rays_left_out = [](const SolveSummary& s) {
+    return std::any_of(s.left_out.begin(), s.left_out.end(),
+                       [](const LeftOut& l) { return l.feature == "rays"; });
+  };
+  EXPECT_TRUE(rays_left_out(without.summary()));
+  EXPECT_FALSE(rays_left_out(with.summary()));
+  const auto a = without.records(), b = with.records();
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t c = 0; c < a.size(); ++c) EXPECT_TRUE(a[c] == b[c]) << "cluster " << c;
+}
+
+TEST(LeftOut, RaysStayWhereALampHangsFreely) {
+  Bench bench(generated({.kind = "cornell"}));
+  const Result<Plan> planned = plan(bench.options());
+  ASSERT_TRUE(planned.ok());
+  for (const LeftOut& l : planned->left_out) EXPECT_NE(l.feature, "rays");
 }
 
 }  // namespace

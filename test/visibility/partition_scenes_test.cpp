@@ -55,18 +55,21 @@ TEST_P(PartitionOfScene, KeepsWhatSegmentsWitnessAndLittleElse) {
     }
 }
 
-// Of what is kept the prototype kept 6.5% for institute and 49% for hospital. [facts: visibility]
+// A tenth above what was measured when this was written. Of its own, coarser clusters the prototype
+// kept 6.5% for institute, 29% for duplex and 49% for hospital. [facts: visibility]
 INSTANTIATE_TEST_SUITE_P(
     Shared, PartitionOfScene,
     ::testing::Values(
-        SceneCase{"cornell_box", {"cornell_box/CornellBox-Original.obj"}, {}, 1.5, 0.5},
-        SceneCase{"veach_ajar", {"veach_ajar/veach_ajar.obj"}, {}, 1.2, 0.6},
-        SceneCase{"hospital", {"mgf_hospital/hospital.obj"}, {}, 1.2, 0.3},
+        SceneCase{"cornell_box", {"cornell_box/CornellBox-Original.obj"}, {}, 1.5, 0.34},
+        SceneCase{"veach_ajar", {"veach_ajar/veach_ajar.obj"}, {}, 1.2, 0.49},
+        SceneCase{"hospital", {"mgf_hospital/hospital.obj"}, {}, 1.2, 0.225},
         SceneCase{"institute",
                   {"institute/institute.obj", "institute/institute.lamps.obj"},
                   {"^DOOR_"},
                   1.5,
-                  0.065}),
+                  0.035},
+        SceneCase{
+            "duplex", {"duplex/duplex.obj", "duplex/duplex.lamps.obj"}, {"^DOOR_"}, 1.5, 0.044}),
     [](const auto& scene_case) { return scene_case.param.name; });
 
 }  // namespace

@@ -118,8 +118,9 @@ TEST(Partition, ASlabUnderAWallWithoutDoorwayIsLitOnTheLampsSideOnly) {
   EXPECT_EQ(model.rooms, 1u);
 }
 
-TEST(Partition, ANicheInAWallKeepsDarkWhatLiesBehindTheWall) {
-  // The niche's back covers little of what its plane cuts of the yard behind the room.
+// A room with a niche in one wall, whose back covers little of what its plane cuts of the yard
+// behind the room, and a crate in the yard.
+Scene room_with_niche(bool lamp_in_the_yard) {
   SceneBuilder s;
   s.box("room", {0, 0, 0}, {5, 4, 3}, true);
   const Vec3 y{0, 4, 0}, z{0, 0, 1};
@@ -130,6 +131,7 @@ TEST(Partition, ANicheInAWallKeepsDarkWhatLiesBehindTheWall) {
   s.box("niche", {-0.1, 1, 1}, {0, 2, 2}, true);
   s.lamp("lamp", {2.5, 2, 2.9}, 0.6);
   s.box("crate in the yard", {-12, -5, -2}, {-11, -4, -1});
+  if (lamp_in_the_yard) s.lamp("lamp in the yard", {-10, -2, 5}, 0.6);
   Scene scene = s.build();
   // The room's own wall and the niche's open side go.
   std::erase_if(scene.surfaces, [&](const Surface& surface) {
@@ -137,10 +139,21 @@ TEST(Partition, ANicheInAWallKeepsDarkWhatLiesBehindTheWall) {
     const Box box = bounds(scene.polygon(surface));
     return (object == "room" && box.hi.x < 0.1) || (object == "niche" && box.lo.x > -0.05);
   });
+  return scene;
+}
+
+TEST(Partition, ANicheInAWallKeepsDarkWhatLiesBehindTheWall) {
+  const Scene scene = room_with_niche(false);
   const Model model = made(scene);
   EXPECT_EQ(model.dark_surfaces, 6u);
   EXPECT_EQ(patches_of(model, scene, "crate in the yard"), 0u);
   EXPECT_NEAR(lit_area(model, scene, "niche"), 1 + 4 * 0.1, 1e-9);
+}
+
+TEST(Partition, ANicheThatKeepsNothingDarkIsNotSplitOff) {
+  const Model dark = made(room_with_niche(false)), lit = made(room_with_niche(true));
+  EXPECT_LT(lit.cells.size(), dark.cells.size());
+  EXPECT_EQ(lit.dark_surfaces, 0u);
 }
 
 TEST(Partition, APlaneThatRunsOnThroughARoomsAirJoinsIt) {

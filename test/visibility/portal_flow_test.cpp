@@ -36,9 +36,9 @@ TEST(PortalFlow, OutOfStepsItSeesMoreAndNeverLess) {
   PortalFlow flow(f.graph);
   std::size_t more = 0;
   for (std::uint32_t p = 0; p < f.graph.portals.size(); ++p) {
-    flow.run_through(p, 1'000'000);
+    flow.run(f.graph.portals[p].polygon, f.graph.portals[p].to, 1'000'000);
     const std::set<std::uint32_t> narrow = cells_seen(flow);
-    flow.run_through(p, 0);
+    flow.run(f.graph.portals[p].polygon, f.graph.portals[p].to, 0);
     const std::set<std::uint32_t> flooded = cells_seen(flow);
     EXPECT_TRUE(std::includes(flooded.begin(), flooded.end(), narrow.begin(), narrow.end()));
     more += flooded.size() - narrow.size();
@@ -51,7 +51,7 @@ TEST(PortalFlow, CellsSeeEachOtherFromBothSides) {
   PortalFlow flow(f.graph);
   std::vector<std::set<std::uint32_t>> seen(f.bsp.cells.size());
   for (std::uint32_t p = 0; p < f.graph.portals.size(); ++p) {
-    flow.run_through(p, 1'000'000);
+    flow.run(f.graph.portals[p].polygon, f.graph.portals[p].to, 1'000'000);
     std::set<std::uint32_t>& row = seen[f.graph.portals[p].from];
     row.merge(cells_seen(flow));
     row.insert(f.graph.portals[p].to);
