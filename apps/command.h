@@ -11,6 +11,7 @@
 #include "apps/options.h"
 #include "engine/import/import.h"
 #include "engine/status.h"
+#include "visibility/partition.h"
 
 namespace atrium {
 
@@ -55,6 +56,9 @@ int run_command_line(int argc, char** argv, const std::vector<Command>& commands
 
 // The options that say how scene files are read.
 void add_scene_options(OptionSet& options, ImportOptions& scene);
+
+// The options that say how their space is divided.
+void add_partition_options(OptionSet& options, PartitionOptions& partition);
 
 // "atrium 0.1.0 ...": the build and the libraries.
 std::string version_text();

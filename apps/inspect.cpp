@@ -24,6 +24,7 @@ constexpr std::uint64_t kMostStoreys = 1000;
 struct Inspect {
   std::vector<std::string> words;
   ImportOptions scene;
+  PartitionOptions partition;
   std::string visible, cells, portals, leaks_csv, floor_plan;
   FloorPlanOptions floor;
   bool leaks = false;
@@ -137,7 +138,7 @@ Result<int> inspect_scene(Inspect& options, const Global& global) {
   const Result<Scene> scene = import_scene(options.scene);
   if (!scene.ok()) return scene.status();
   if (options.wants_subdivision()) {
-    const Result<Model> model = partition(*scene);
+    const Result<Model> model = partition(*scene, options.partition);
     if (!model.ok()) return model.status();
     ATRIUM_RETURN_IF_ERROR(write_subdivision(options, *model, scene->frame));
   }
@@ -189,6 +190,7 @@ Command inspect_command() {
   o.argument("SCENE|RUN", "a run directory, or one or more scene files", 1, kMostFiles,
              options->words);
   add_scene_options(o, options->scene);
+  add_partition_options(o, options->partition);
   o.text("visible", "its pairs of clusters that may see each other, CSV", options->visible);
   o.text("cells", "its cells, CSV", options->cells);
   o.text("portals", "its portals, OBJ", options->portals);

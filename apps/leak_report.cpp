@@ -4,30 +4,15 @@
 #include <sstream>
 
 #include "engine/quantity.h"
+#include "visibility/gap_words.h"
 
 namespace atrium {
 namespace {
 
-constexpr std::size_t kNamed = 4;                    // objects of a leak in the table
 constexpr int kSize = 11, kRooms = 20, kPlace = 30;  // columns
-constexpr int kPlaceDigits = 5;
 
 std::string room_name(std::uint32_t space) {
   return space == kOutdoors ? "outdoors" : std::to_string(space);
-}
-
-std::string place(const Vec3& x) {
-  std::ostringstream text;
-  text << std::setprecision(kPlaceDigits) << x.x << ' ' << x.y << ' ' << x.z;
-  return text.str();
-}
-
-std::string objects_text(const std::vector<std::string>& objects) {
-  std::string text;
-  for (std::size_t i = 0; i < objects.size() && i < kNamed; ++i)
-    text += (i > 0 ? ", " : "") + objects[i];
-  if (objects.size() > kNamed) text += " and " + std::to_string(objects.size() - kNamed) + " more";
-  return text;
 }
 
 // A CSV field: quoted, its quotes doubled.
@@ -45,11 +30,9 @@ std::vector<LeakRow> leak_rows(const Scene& scene, const std::vector<Leak>& leak
     LeakRow row{leak.width,
                 leak.length,
                 {room_name(leak.spaces[0]), room_name(leak.spaces[1])},
-                {},
+                names_of(scene, leak.objects),
                 scene.frame.to_file(leak.at),
                 leak.along};
-    for (const ObjectId object : leak.objects)
-      row.objects.push_back(scene.objects[object.value].name);
     rows.push_back(std::move(row));
   }
   return rows;
@@ -67,7 +50,7 @@ std::string leak_table(const std::vector<LeakRow>& leaks, std::uint32_t rooms, d
   for (const LeakRow& leak : leaks)
     text << std::setw(kSize) << format_length(leak.width) << std::setw(kSize)
          << format_length(leak.length) << std::setw(kRooms) << leak.rooms[0] + ", " + leak.rooms[1]
-         << std::setw(kPlace) << place(leak.at) << objects_text(leak.objects) << '\n';
+         << std::setw(kPlace) << short_place(leak.at) << objects_words(leak.objects) << '\n';
   return text.str();
 }
 

@@ -25,6 +25,7 @@ void print_plan(const Plan& p) {
             << "smallest edge   " << format_length(p.min_edge) << '\n';
   for (const LeftOut& l : p.left_out)
     std::cout << "left out        " << l.feature << ": " << l.why << '\n';
+  for (const NamedGap& g : p.closed_gaps) std::cout << "closed gap      " << gap_words(g) << '\n';
   for (const std::string& w : p.warnings) std::cout << "warning         " << w << '\n';
 }
 

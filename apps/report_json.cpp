@@ -31,6 +31,14 @@ Json left_out_json(const std::vector<LeftOut>& left_out) {
   return rows;
 }
 
+Json gaps_json(const std::vector<NamedGap>& gaps) {
+  Json rows = Json::array();
+  for (const NamedGap& g : gaps)
+    rows.push_back(
+        {{"width", g.width}, {"length", g.length}, {"objects", g.objects}, {"at", triple(g.at)}});
+  return rows;
+}
+
 // Counts of an arena that is too small are null.
 Json simulation_row(const Simulation& s) {
   Json row{{"policy", s.policy}, {"arena", s.arena}};
@@ -170,6 +178,7 @@ std::string plan_json(const Plan& plan) {
                    {"mean_irradiance_guess", plan.mean_irradiance_guess},
                    {"min_edge", plan.min_edge},
                    {"left_out", left_out_json(plan.left_out)},
+                   {"closed_gaps", gaps_json(plan.closed_gaps)},
                    {"warnings", plan.warnings}});
 }
 

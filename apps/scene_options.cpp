@@ -57,4 +57,9 @@ void add_scene_options(OptionSet& options, ImportOptions& scene) {
   options.number("white", "what a reflectance of exactly 1 is taken as", 0, kWhitest, scene.white);
 }
 
+void add_partition_options(OptionSet& options, PartitionOptions& partition) {
+  options.length("close-gaps", "openings up to this wide count as closed; each is reported (0)",
+                 partition.close_gaps);
+}
+
 }  // namespace atrium

@@ -58,6 +58,7 @@ void add_solve_options(OptionSet& o, SolveOptions& s) {
   o.argument("SCENE", "one or more files: .obj, .gltf, .glb", 1, kMostFiles, s.scene.files);
   o.output("the run directory to make", s.run_directory);
   add_scene_options(o, s.scene);
+  add_partition_options(o, s.partition);
   o.size("memory", "of everything that depends on the scene", s.memory);
   o.size("arena", "the page cache's share of the memory", s.arena);
   o.custom("error", "how exact: refinement and the end of the solve go by it (2%)", "SHARE",

@@ -25,6 +25,7 @@ constexpr std::uint64_t kSegmentsATube = 100;
 struct ValidateOptions {
   std::vector<std::string> words;
   ImportOptions scene;
+  PartitionOptions partition;
   SoundnessOptions soundness;
 };
 
@@ -50,7 +51,7 @@ Result<Validation> validate_visibility(const ValidateOptions& o) {
   const Result<Scene> scene = import_scene(o.scene);
   if (!scene.ok()) return scene.status();
   const Stopwatch partitioning;
-  const Result<Model> model = partition(*scene);
+  const Result<Model> model = partition(*scene, o.partition);
   if (!model.ok()) return model.status();
   const double partition_seconds = partitioning.seconds();
   const Stopwatch judging;
@@ -63,6 +64,8 @@ Result<Validation> validate_visibility(const ValidateOptions& o) {
   v.figures = {{"segments", double(o.soundness.segments)},
                {"joined", double(r.joined)},
                {"blocked", double(r.blocked)},
+               {"exempt_through_closed_gaps", double(r.exempt)},
+               {"closed_gaps", double(model->closed_gaps.size())},
                {"pairs_kept", double(r.pairs().kept)},
                {"pairs_witnessed", double(r.pairs().witnessed)},
                {"kept_per_witnessed", r.pairs().ratio()},
@@ -138,6 +141,7 @@ Command validate_command() {
   set.argument("SUITE", "visibility SCENE...: random segments judge the oracles", 1, kMostWords,
                options->words);
   add_scene_options(set, options->scene);
+  add_partition_options(set, options->partition);
   set.count("segments", "visibility: how many are drawn (1000000)", 1, UINT64_MAX,
             [options](std::uint64_t n) {
               options->soundness.segments = n;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace atrium {
 
@@ -126,6 +127,20 @@ bool contains(PolygonView polygon, const Vec3& normal, const Vec3& x, double tol
     if (l > 0 && dot(cross(edge, x - a), normal) < -tolerance * l) return false;
   }
   return true;
+}
+
+double distance_to(PolygonView polygon, const Vec3& x) {
+  const Plane plane = plane_of(polygon);
+  const double above = plane.distance(x);
+  if (contains(polygon, plane.normal, x - above * plane.normal, 0)) return std::abs(above);
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3 a = polygon[i], edge = polygon[(i + 1) % polygon.size()] - a;
+    const double squared = dot(edge, edge);
+    const double t = squared > 0 ? std::clamp(dot(x - a, edge) / squared, 0.0, 1.0) : 0;
+    least = std::min(least, length(x - a - t * edge));
+  }
+  return least;
 }
 
 bool is_convex(PolygonView polygon, double tolerance) {

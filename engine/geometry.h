@@ -57,6 +57,9 @@ Split split(PolygonView polygon, const Plane& plane, double tolerance);
 // Is x, a point in the convex polygon's plane, inside it or within `tolerance` of it?
 bool contains(PolygonView polygon, const Vec3& normal, const Vec3& x, double tolerance);
 
+// From x to the nearest point of a convex polygon.
+double distance_to(PolygonView polygon, const Vec3& x);
+
 // Is the polygon convex, going by its own normal, up to `tolerance` metres of dent?
 bool is_convex(PolygonView polygon, double tolerance);
 

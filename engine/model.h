@@ -7,7 +7,7 @@
 //  2. Every patch borders at least one cell that light can reach; what stands only in the dark is
 //     not here (and cannot block either: no lit segment touches it).
 //  3. `visible` is symmetric, sorted, and holds self-pairs where patches of a cluster may see each
-//     other. It is conservative: never wrongly excludes.
+//     other. It is conservative: never wrongly excludes, but for sight through closed gaps.
 // Immutable once built; safe to read from any thread.
 #pragma once
 
@@ -78,6 +78,14 @@ struct Portal {
   double area = 0;                                   // m², transparent
 };
 
+// An opening between cells so narrow that it was asked to count as closed.
+struct ClosedGap {
+  double width = 0, length = 0;   // m
+  Vec3 at{0};                     // where it is widest
+  std::vector<ObjectId> objects;  // around it: most of its rim first
+  std::vector<Polygon> polygons;  // convex: the portals that it would have been
+};
+
 struct Model {
   std::vector<Vec3> vertices;
   std::vector<Patch> patches;
@@ -91,6 +99,7 @@ struct Model {
   std::uint32_t rooms = 0;
   std::uint64_t dark_surfaces = 0;  // surfaces left out whole, for no light reaches them
   double tolerance = 0;
+  std::vector<ClosedGap> closed_gaps;  // the widest first; a run does not keep them, its log does
 
   PolygonView polygon(const Patch& p) const {
     return std::span(vertices).subspan(p.first_vertex, p.vertex_count);

@@ -150,8 +150,9 @@ std::string run_toml(const SolveOptions& o) {
     << "sides = " << quoted(name(o.scene.sides)) << "\n"
     << "unit = \"" << o.scene.unit << "m\"\n"
     << "emission = " << (o.scene.emission_is_exitance ? "\"exitance\"" : "\"luminance\"") << "\n"
-    << "white = " << o.scene.white << "\n"
-    << "memory = \"" << o.memory << "\"\n";
+    << "white = " << o.scene.white << "\n";
+  limit("close-gaps", o.partition.close_gaps, "m");
+  t << "memory = \"" << o.memory << "\"\n";
   limit("arena", o.arena, "");
   t << "error = " << o.error << "\n";
   limit("residual", o.residual, "");

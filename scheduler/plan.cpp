@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/cluster_record.h"
+#include "engine/quantity.h"
 #include "scheduler/order.h"
 #include "scheduler/run_model.h"
 #include "scheduler/working_set.h"
@@ -113,6 +114,14 @@ void plan_left_out(const SolveOptions& options, const Prepared& p, Plan& plan) {
   if (grey) plan.warnings.push_back("all materials are grey: the three channels are equal");
 }
 
+void plan_gaps(const Prepared& p, Plan& plan) {
+  plan.closed_gaps = named_gaps(p.scene, p.model.closed_gaps);
+  const std::size_t n = plan.closed_gaps.size();
+  if (n == 0) return;
+  plan.warnings.push_back("closed " + std::to_string(n) + (n == 1 ? " gap" : " gaps") + " up to " +
+                          format_length(plan.closed_gaps.front().width) + " wide");
+}
+
 Status budget_too_small(const char* option, std::uint64_t given, std::uint64_t smallest) {
   return Status(Code::kUsage, "", option,
                 std::to_string(given) + " bytes are too small for this scene",
@@ -153,7 +162,7 @@ Status validate(const SolveOptions& o) {
 Result<Prepared> prepare(const SolveOptions& options) {
   Result<Scene> scene = import_scene(options.scene);
   if (!scene.ok()) return scene.status();
-  Result<Model> model = partition(*scene, {});
+  Result<Model> model = partition(*scene, options.partition);
   if (!model.ok()) return model.status();
   Prepared p{std::move(scene).value(), std::move(model).value(), {}, {}};
   p.light = measure_light(p.scene, p.model);
@@ -181,6 +190,7 @@ Result<Prepared> prepare(const SolveOptions& options) {
   plan_left_out(options, p, plan);
   for (const Warning& w : p.scene.warnings)
     plan.warnings.push_back(w.what + " (" + std::to_string(w.count) + ")");
+  plan_gaps(p, plan);
   if (plan.arena < plan.smallest_arena)
     return budget_too_small("--arena", plan.arena, plan.smallest_arena);
   if (plan.memory < plan.smallest_memory)

@@ -103,6 +103,7 @@ class Scheduler {
   // The run on disk.
   Status open_run();
   Status take_up_run();
+  Status log_gaps();
   Status checkpoint();
   Status checkpoint_if_due();
 
@@ -174,6 +175,7 @@ Status Scheduler::take_up_run() {
   if (!earlier.begun) {
     ATRIUM_RETURN_IF_ERROR(directory_.see_to_disk(prepared_->plan));
     ATRIUM_RETURN_IF_ERROR(write_first_records(*prepared_, options_.basis, directory_.store()));
+    ATRIUM_RETURN_IF_ERROR(log_gaps());
     return checkpoint();
   }
   if (earlier.model_hash != model_hash_)
@@ -189,6 +191,17 @@ Status Scheduler::take_up_run() {
   say("resumed after " + std::to_string(sweep_.gathered) + " clusters of iteration " +
       std::to_string(cursor_.iteration + (sweep_.gathered < order_.size() ? 1 : 0)));
   return {};
+}
+
+// Once a run, by name: what its light does not pass though the scene leaves it open.
+Status Scheduler::log_gaps() {
+  std::string lines;
+  for (const NamedGap& gap : prepared_->plan.closed_gaps) {
+    const std::string line = "closed gap: " + gap_words(gap);
+    say(line);
+    lines += (lines.empty() ? "" : "\n") + line;
+  }
+  return lines.empty() ? Status() : directory_.files().append_line(RunFile::kLog, lines);
 }
 
 // Between two gathers: all of the solve that is not a function of the scene and the options.

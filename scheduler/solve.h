@@ -10,6 +10,8 @@
 #include "engine/import/import.h"
 #include "engine/status.h"
 #include "solver/refine_counters.h"
+#include "visibility/gap_words.h"
+#include "visibility/partition.h"
 
 namespace atrium {
 
@@ -17,6 +19,7 @@ class Disk;
 
 struct SolveOptions {
   ImportOptions scene;
+  PartitionOptions partition;
   std::string run_directory;
   std::uint64_t memory = 512ull << 20;  // bytes, of everything that depends on the scene
   std::uint64_t arena = 0;              // bytes of page cache; 0: a share of memory
@@ -96,6 +99,7 @@ struct Plan {
   double mean_irradiance_guess = 0;   // lx
   double min_edge = 0;                // m
   std::vector<LeftOut> left_out;
+  std::vector<NamedGap> closed_gaps;  // the widest first
   std::vector<std::string> warnings;
 };
 

@@ -48,8 +48,8 @@ struct PlaneTally {
 
 class Builder {
  public:
-  Builder(const Scene& scene, double grain, Bsp& bsp)
-      : bsp_(bsp), diagonal_(scene.bounds.diagonal()), center_(scene.bounds.center()) {
+  Builder(const Scene& scene, double grain, double gap, Bsp& bsp)
+      : bsp_(bsp), gap_(gap), diagonal_(scene.bounds.diagonal()), center_(scene.bounds.center()) {
     min_area_ = grain * diagonal_ * diagonal_;
     reveal_area_ = kRevealGrains * min_area_;
     large_area_ = std::max(kLargeArea, kLargeGrains * grain) * diagonal_ * diagonal_;
@@ -129,18 +129,19 @@ class Builder {
       (f.along ? t.along : t.against) += f.area;
     }
     std::sort(here.begin(), here.end());
+    const bool is_gap = gap_ > 0 && thickness(faces) <= gap_;
     Choice best;
     double best_score = 0;
     for (std::uint32_t p : here) {
       const double covered = std::max(tally_[p].along, tally_[p].against);
       tally_[p] = {};
-      if (covered < min_area_) continue;
+      if (covered < min_area_ && !is_gap) continue;
       Polygon cut = section(planes_[p], faces);
       const double thin = cut.empty() ? 0 : strip_width(cut);
       if (thin < kSliverTolerances * bsp_.tolerance) continue;
       const double coverage = std::min(1.0, covered / area(cut));
       const double large = std::min(large_area_, thin * thin);
-      if (coverage < kMinCoverage && covered < large) continue;
+      if (coverage < kMinCoverage && (covered < large || is_gap)) continue;
       const double score = coverage * std::pow(covered, kAreaPower);
       if (score > best_score * (1 + kSameScore)) {
         best_score = score;
@@ -148,6 +149,18 @@ class Builder {
       }
     }
     return best;
+  }
+
+  // Of a cell: the least distance between one of its faces and the corner farthest from it.
+  static double thickness(const std::vector<CellFace>& faces) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const CellFace& face : faces) {
+      double farthest = 0;
+      for (const CellFace& other : faces)
+        for (const Vec3& x : other.polygon) farthest = std::max(farthest, face.plane.distance(x));
+      least = std::min(least, farthest);
+    }
+    return least;
   }
 
   // The plane of the largest reveal, if there is one.
@@ -264,6 +277,7 @@ class Builder {
   static constexpr double kGridOfTolerance = 0.1;
 
   Bsp& bsp_;
+  double gap_;  // m
   double diagonal_;
   Vec3 center_;
   double min_area_ = 0, large_area_ = 0, reveal_area_ = 0;  // m²
@@ -273,10 +287,10 @@ class Builder {
 
 }  // namespace
 
-Bsp build_bsp(const Scene& scene, double grain) {
+Bsp build_bsp(const Scene& scene, double grain, double gap) {
   Bsp bsp;
   bsp.tolerance = scene.tolerance;
-  Builder(scene, grain, bsp);
+  Builder(scene, grain, gap, bsp);
   return bsp;
 }
 

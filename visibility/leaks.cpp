@@ -1,9 +1,7 @@
 #include "visibility/leaks.h"
 
 #include <algorithm>
-#include <cmath>
 #include <deque>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -30,32 +28,12 @@ constexpr int kPlaces = 4;
 // A passage belongs to the rooms that are nearest, counted in cells, and to those this much
 // further.
 constexpr std::uint32_t kFurtherCells = 2;
-// The objects around an opening come this near to its rim: a share of its width, and tolerances.
-constexpr double kNearWidths = 0.25, kNearTolerances = 10;
-// Places along a rim's side at which objects are looked for.
-constexpr int kRimPlaces = 8;
 
 using Rows32 = std::vector<std::vector<std::uint32_t>>;
 
-double distance_to(PolygonView polygon, const Vec3& x) {
-  const Plane plane = plane_of(polygon);
-  const double above = plane.distance(x);
-  if (contains(polygon, plane.normal, x - above * plane.normal, 0)) return std::abs(above);
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vec3 a = polygon[i], edge = polygon[(i + 1) % polygon.size()] - a;
-    const double squared = dot(edge, edge);
-    const double t = squared > 0 ? std::clamp(dot(x - a, edge) / squared, 0.0, 1.0) : 0;
-    least = std::min(least, length(x - a - t * edge));
-  }
-  return least;
-}
-
-Box around(const Vec3& x, double radius) { return {x - Vec3{radius}, x + Vec3{radius}}; }
-
 bool clear_of_surfaces(const Scene& scene, const BoxTree& tree, const Vec3& x, double radius) {
   bool clear = true;
-  tree.visit(around(x, radius), [&](std::uint32_t i) {
+  tree.visit({x - Vec3{radius}, x + Vec3{radius}}, [&](std::uint32_t i) {
     clear = clear && distance_to(scene.polygon(scene.surfaces[i]), x) >= radius;
   });
   return clear;
@@ -326,33 +304,6 @@ std::size_t most_parts(const std::vector<std::uint32_t>& network, const std::vec
     for (const auto& row : ends[i].rooms) most += row.size();
   }
   return most;
-}
-
-// How much of the opening's rim, in sides' shares, each object is near to; most first.
-std::vector<ObjectId> objects_around(const Scene& scene, const BoxTree& tree,
-                                     const NarrowOpening& opening) {
-  const double near = std::max(kNearWidths * opening.width, kNearTolerances * scene.tolerance);
-  std::map<ObjectId, double> rim;
-  for (const Polygon& loop : opening.outline)
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      const Vec3 a = loop[i], side = loop[(i + 1) % loop.size()] - a;
-      for (int k = 0; k < kRimPlaces; ++k) {
-        const Vec3 x = a + (k + 0.5) / kRimPlaces * side;
-        std::set<ObjectId> here;
-        tree.visit(around(x, near), [&](std::uint32_t s) {
-          const Surface& surface = scene.surfaces[s];
-          if (!here.contains(surface.object) && distance_to(scene.polygon(surface), x) <= near)
-            here.insert(surface.object);
-        });
-        for (ObjectId object : here) rim[object] += length(side) / kRimPlaces;
-      }
-    }
-  std::vector<std::pair<ObjectId, double>> rows(rim.begin(), rim.end());
-  std::stable_sort(rows.begin(), rows.end(),
-                   [](const auto& a, const auto& b) { return a.second > b.second; });
-  std::vector<ObjectId> objects;
-  for (const auto& [object, length_of_rim] : rows) objects.push_back(object);
-  return objects;
 }
 
 }  // namespace

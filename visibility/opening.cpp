@@ -5,9 +5,9 @@
 #include <map>
 #include <numeric>
 #include <polyclipping/clipper.hpp>
+#include <set>
 
 #include "engine/disjoint_sets.h"
-#include "visibility/box_tree.h"
 
 namespace atrium {
 
@@ -25,33 +25,12 @@ constexpr double kGridOfTolerance = 0.1;
 constexpr double kMiterLimit = 4;
 // A width is found to this share of itself.
 constexpr double kWidthShare = 1e-3;
+// The objects around an opening come this near to its rim: a share of its width, and tolerances.
+constexpr double kNearWidths = 0.25, kNearTolerances = 10;
+// Places along a rim's side at which objects are looked for.
+constexpr int kRimPlaces = 8;
 // Where along a shared side the spaces beside it are tried for being joined.
 constexpr double kTries[] = {0.1, 0.5, 0.9};
-
-// The portals between two cells, whichever is the front.
-class Between {
- public:
-  explicit Between(const std::vector<CellPortal>& portals) : portals_(portals) {
-    for (std::uint32_t i = 0; i < portals.size(); ++i)
-      rows_[std::minmax(portals[i].front, portals[i].back)].push_back(i);
-  }
-
-  // Is one cell the other, or joined with it by a portal that holds the point?
-  bool joined(std::uint32_t a, std::uint32_t b, const Vec3& x, double tolerance) const {
-    if (a == b) return true;
-    const auto row = rows_.find(std::minmax(a, b));
-    if (row == rows_.end()) return false;
-    return std::any_of(row->second.begin(), row->second.end(), [&](std::uint32_t i) {
-      const Plane plane = plane_of(portals_[i].polygon);
-      return std::abs(plane.distance(x)) <= tolerance &&
-             contains(portals_[i].polygon, plane.normal, x, tolerance);
-    });
-  }
-
- private:
-  const std::vector<CellPortal>& portals_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> rows_;
-};
 
 // Calls meet(x) with points of the sides that two polygons of one plane share, until it says true.
 template <class Meet>
@@ -72,21 +51,6 @@ bool any_shared_point(PolygonView p, PolygonView q, double tolerance, Meet&& mee
     }
   }
   return false;
-}
-
-bool one_opening(const CellPortal& p, const CellPortal& q, const Between& between,
-                 double tolerance) {
-  const Plane plane = plane_of(p.polygon);
-  const Vec3 other = plane_of(q.polygon).normal;
-  if (length(cross(plane.normal, other)) > kSamePlane) return false;
-  for (const Vec3& x : q.polygon)
-    if (std::abs(plane.distance(x)) > tolerance) return false;
-  const bool along = dot(plane.normal, other) > 0;
-  const std::uint32_t q_front = along ? q.front : q.back, q_back = along ? q.back : q.front;
-  return any_shared_point(p.polygon, q.polygon, tolerance, [&](const Vec3& x) {
-    return between.joined(p.front, q_front, x, tolerance) &&
-           between.joined(p.back, q_back, x, tolerance);
-  });
 }
 
 Paths offset(const Paths& paths, double steps) {
@@ -236,6 +200,36 @@ class Region {
 
 }  // namespace
 
+Joints::Joints(const std::vector<CellPortal>& portals) : portals_(portals) {
+  for (std::uint32_t i = 0; i < portals.size(); ++i)
+    rows_[std::minmax(portals[i].front, portals[i].back)].push_back(i);
+}
+
+bool Joints::joined(std::uint32_t a, std::uint32_t b, const Vec3& x, double tolerance) const {
+  if (a == b) return true;
+  const auto row = rows_.find(std::minmax(a, b));
+  if (row == rows_.end()) return false;
+  return std::any_of(row->second.begin(), row->second.end(), [&](std::uint32_t i) {
+    const Plane plane = plane_of(portals_[i].polygon);
+    return std::abs(plane.distance(x)) <= tolerance &&
+           contains(portals_[i].polygon, plane.normal, x, tolerance);
+  });
+}
+
+bool one_opening(const CellPortal& p, const CellPortal& q, const Joints& joints, double tolerance) {
+  const Plane plane = plane_of(p.polygon);
+  const Vec3 other = plane_of(q.polygon).normal;
+  if (length(cross(plane.normal, other)) > kSamePlane) return false;
+  for (const Vec3& x : q.polygon)
+    if (std::abs(plane.distance(x)) > tolerance) return false;
+  const bool along = dot(plane.normal, other) > 0;
+  const std::uint32_t q_front = along ? q.front : q.back, q_back = along ? q.back : q.front;
+  return any_shared_point(p.polygon, q.polygon, tolerance, [&](const Vec3& x) {
+    return joints.joined(p.front, q_front, x, tolerance) &&
+           joints.joined(p.back, q_back, x, tolerance);
+  });
+}
+
 std::vector<std::vector<std::uint32_t>> group_portals(const Bsp& bsp,
                                                       const std::vector<CellPortal>& portals) {
   const double tolerance = kSliverTolerances * bsp.tolerance;
@@ -247,12 +241,12 @@ std::vector<std::vector<std::uint32_t>> group_portals(const Bsp& bsp,
     boxes.push_back(box);
   }
   const BoxTree tree(boxes);
-  const Between between(portals);
+  const Joints joints(portals);
   DisjointSets sets(portals.size());
   for (std::uint32_t i = 0; i < portals.size(); ++i)
     tree.visit(boxes[i], [&](std::uint32_t j) {
       if (j > i && sets.find(i) != sets.find(j) &&
-          one_opening(portals[i], portals[j], between, tolerance))
+          one_opening(portals[i], portals[j], joints, tolerance))
         sets.join(i, j);
     });
   std::map<std::size_t, std::vector<std::uint32_t>> groups;
@@ -280,6 +274,32 @@ Openings find_openings(const Bsp& bsp, const std::vector<CellPortal>& portals,
     region.add_narrow(0.5 * size / region.unit(), found.narrow);
   }
   return found;
+}
+
+std::vector<ObjectId> objects_around(const Scene& scene, const BoxTree& tree,
+                                     const NarrowOpening& opening) {
+  const double near = std::max(kNearWidths * opening.width, kNearTolerances * scene.tolerance);
+  std::map<ObjectId, double> rim;
+  for (const Polygon& loop : opening.outline)
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      const Vec3 a = loop[i], side = loop[(i + 1) % loop.size()] - a;
+      for (int k = 0; k < kRimPlaces; ++k) {
+        const Vec3 x = a + (k + 0.5) / kRimPlaces * side;
+        std::set<ObjectId> here;
+        tree.visit({x - Vec3{near}, x + Vec3{near}}, [&](std::uint32_t s) {
+          const Surface& surface = scene.surfaces[s];
+          if (!here.contains(surface.object) && distance_to(scene.polygon(surface), x) <= near)
+            here.insert(surface.object);
+        });
+        for (ObjectId object : here) rim[object] += length(side) / kRimPlaces;
+      }
+    }
+  std::vector<std::pair<ObjectId, double>> rows(rim.begin(), rim.end());
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::vector<ObjectId> objects;
+  for (const auto& [object, length_of_rim] : rows) objects.push_back(object);
+  return objects;
 }
 
 }  // namespace atrium

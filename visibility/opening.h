@@ -11,8 +11,12 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <utility>
 #include <vector>
 
+#include "engine/scene.h"
+#include "visibility/box_tree.h"
 #include "visibility/bsp.h"
 #include "visibility/portal.h"
 
@@ -32,6 +36,22 @@ struct Openings {
   std::vector<NarrowOpening> narrow;
 };
 
+// The portals between two cells, whichever is the front. They outlive it.
+class Joints {
+ public:
+  explicit Joints(const std::vector<CellPortal>& portals);
+
+  // Is one cell the other, or joined with it by a portal that holds the point?
+  bool joined(std::uint32_t a, std::uint32_t b, const Vec3& x, double tolerance) const;
+
+ private:
+  const std::vector<CellPortal>& portals_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> rows_;
+};
+
+// Do they touch in one plane where the space on both sides of them is joined?
+bool one_opening(const CellPortal& p, const CellPortal& q, const Joints& joints, double tolerance);
+
 // Portals by the opening that they are part of: rows that together hold each portal once.
 std::vector<std::vector<std::uint32_t>> group_portals(const Bsp& bsp,
                                                       const std::vector<CellPortal>& portals);
@@ -43,5 +63,10 @@ std::vector<bool> passable(const Bsp& bsp, const std::vector<CellPortal>& portal
 // What a ball of `size` metres passes, and what it does not.
 Openings find_openings(const Bsp& bsp, const std::vector<CellPortal>& portals,
                        const std::vector<std::vector<std::uint32_t>>& groups, double size);
+
+// Whose surfaces come near to the opening's rim: those that are near to most of it first. `tree` is
+// of the scene's surfaces.
+std::vector<ObjectId> objects_around(const Scene& scene, const BoxTree& tree,
+                                     const NarrowOpening& opening);
 
 }  // namespace atrium

@@ -8,6 +8,7 @@
 
 #include "visibility/bsp.h"
 #include "visibility/contact.h"
+#include "visibility/gap.h"
 #include "visibility/global_oracle.h"
 #include "visibility/patch_cut.h"
 #include "visibility/portal.h"
@@ -23,6 +24,7 @@ struct Space {
   Bsp bsp;
   std::vector<CellPortal> portals;  // between lit cells
   std::vector<bool> lit;
+  std::vector<Gap> gaps;
   Rooms rooms;
 };
 
@@ -62,11 +64,12 @@ std::vector<CellJoint> joints(const std::vector<CellPortal>& portals) {
   return out;
 }
 
-Space divide_space(const Scene& scene) {
+Space divide_space(const Scene& scene, double gap) {
   Space space;
-  space.bsp = build_bsp(scene, kGrain);
+  space.bsp = build_bsp(scene, kGrain, gap);
   const auto light = [&] {
     space.portals = find_portals(space.bsp);
+    space.gaps = close_gaps(space.bsp, gap, space.portals);
     space.lit = flood(space.bsp.cells.size(), space.portals, cells_of_emitters(scene, space.bsp));
   };
   light();
@@ -336,10 +339,11 @@ Result<Model> partition(const Scene& scene, const PartitionOptions& options) {
   if (!any_emitter(scene))
     return Status(Code::kScene, scene.files.empty() ? "" : scene.files.front(), "",
                   "no surface emits light", "give a material an emission (Ke, or --assign)");
-  const Space space = divide_space(scene);
+  const Space space = divide_space(scene, options.close_gaps);
   const BoxTree tree = surface_tree(scene);
   Model model;
   model.tolerance = scene.tolerance;
+  model.closed_gaps = gaps_of_light(scene, tree, space.gaps, space.lit);
   std::vector<ClusterInCell> places =
       lay_out_patches(scene, space, tree, options.most_patches_of_cluster, model);
   lay_out_space(space, model);

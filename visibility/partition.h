@@ -11,6 +11,7 @@ namespace atrium {
 
 struct PartitionOptions {
   std::uint32_t most_patches_of_cluster = 1024;  // an object with more in a room is halved
+  double close_gaps = 0;  // m, openings up to so wide count as closed (visibility/gap.h)
 };
 
 // What a partition found, for reports.

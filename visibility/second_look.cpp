@@ -25,6 +25,23 @@ struct Stretch {
   }
 };
 
+// Does the stretch of the segment meet the prism around the polygon, `width` in every direction?
+// [Cyrus & Beck 78]
+bool meets(PolygonView corners, const Plane& plane, double width, const Vec3& x, const Vec3& y,
+           Stretch stretch) {
+  const double a = plane.distance(x), b = plane.distance(y);
+  if (!stretch.keep(a + width, b + width) || !stretch.keep(width - a, width - b)) return false;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Vec3 edge = corners[(i + 1) % corners.size()] - corners[i];
+    const double l = length(edge);
+    if (!(l > 0)) continue;
+    const Vec3 inward = cross(plane.normal, edge) / l;
+    if (!stretch.keep(dot(inward, x - corners[i]) + width, dot(inward, y - corners[i]) + width))
+      return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 SecondLook::SecondLook(const Scene& scene)
@@ -70,23 +87,13 @@ bool SecondLook::surely_free(const FacePoint& x, const FacePoint& y) const {
   return !touched;
 }
 
-// Cyrus & Beck's clipping by the prism around the surface, `width_` in every direction.
 bool SecondLook::touches(std::uint32_t surface, const Vec3& x, const Vec3& y) const {
   const double margin = near_ / length(y - x);
-  Stretch stretch{margin, 1 - margin};
-  const Plane& plane = planes_[surface];
-  const double a = plane.distance(x), b = plane.distance(y);
-  if (!stretch.keep(a + width_, b + width_) || !stretch.keep(width_ - a, width_ - b)) return false;
-  const PolygonView corners = polygon(surface);
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Vec3 edge = corners[(i + 1) % corners.size()] - corners[i];
-    const double l = length(edge);
-    if (!(l > 0)) continue;
-    const Vec3 inward = cross(plane.normal, edge) / l;
-    if (!stretch.keep(dot(inward, x - corners[i]) + width_, dot(inward, y - corners[i]) + width_))
-      return false;
-  }
-  return true;
+  return meets(polygon(surface), planes_[surface], width_, x, y, {margin, 1 - margin});
+}
+
+bool SecondLook::passes(PolygonView polygon, const Vec3& x, const Vec3& y) const {
+  return meets(polygon, plane_of(polygon), width_, x, y, {0, 1});
 }
 
 std::optional<FacePoint> SecondLook::sure_crossing(const Vec3& x, const Vec3& y,

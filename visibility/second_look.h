@@ -46,6 +46,9 @@ class SecondLook {
   // Is the segment free for certain?
   bool surely_free(const FacePoint& x, const FacePoint& y) const;
 
+  // Does the segment come to within width() of a polygon that is no surface?
+  bool passes(PolygonView polygon, const Vec3& x, const Vec3& y) const;
+
   // Where the segment passes through the surface, if it does so for certain: there, with the plane
   // facing x.
   std::optional<FacePoint> sure_crossing(const Vec3& x, const Vec3& y, SurfaceId surface) const;

@@ -37,6 +37,7 @@ struct Segment {
 
 struct SegmentTally {
   std::uint64_t joined = 0, blocked = 0, missed_sources = 0, missed_blockers = 0;
+  std::uint64_t exempt = 0;
   std::vector<std::string> sources, blockers;  // examples
 };
 
@@ -142,6 +143,10 @@ class SegmentJudge {
     if (look_.crowded(x) || look_.crowded(y) || !look_.surely_free(x, y)) return;
     if (kept) witnessed_[*kept].store(true, std::memory_order_relaxed);
     if (listed) return;
+    if (through_closed_gap(s.from.at, s.to.at)) {
+      ++tally.exempt;
+      return;
+    }
     ++tally.missed_sources;
     note(tally.sources,
          [&] { return words(s) + "nothing is in the way, and a row lacks the other cluster"; });
@@ -157,6 +162,10 @@ class SegmentJudge {
     if ((listed && !news) || !surely_first(s, hit)) return;
     if (news) witnessed_[*seen].store(true, std::memory_order_relaxed);
     if (listed) return;
+    if (through_closed_gap(s.from.at, hit.point)) {
+      ++tally.exempt;
+      return;
+    }
     ++tally.missed_blockers;
     note(tally.blockers, [&] {
       const Surface& met = scene_.surfaces[hit.id];
@@ -200,6 +209,13 @@ class SegmentJudge {
     if (look_.crowded(x)) return false;
     const std::optional<FacePoint> z = look_.sure_crossing(s.from.at, s.to.at, SurfaceId(hit.id));
     return z && x.plane.distance(z->at) > look_.width() && look_.surely_free(x, *z);
+  }
+
+  bool through_closed_gap(const Vec3& x, const Vec3& y) const {
+    return std::ranges::any_of(model_.closed_gaps, [&](const ClosedGap& gap) {
+      return std::ranges::any_of(
+          gap.polygons, [&](const Polygon& polygon) { return look_.passes(polygon, x, y); });
+    });
   }
 
   const Scene& scene_;
@@ -260,6 +276,7 @@ void judge_segments(const Model& model, const PatchSampler& sampler, SegmentJudg
     report.blocked += t.blocked;
     report.missed_sources += t.missed_sources;
     report.missed_blockers += t.missed_blockers;
+    report.exempt += t.exempt;
     append(sources, t.sources);
     append(blockers, t.blockers);
   }

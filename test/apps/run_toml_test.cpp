@@ -47,6 +47,7 @@ SolveOptions thrown(Dice& dice) {
   o.scene.unit = dice.one_of<double>({0.0254, 0.3048, 0.001, 0.01, 1, dice.number()});
   o.scene.emission_is_exitance = dice.toss();
   if (dice.toss()) o.scene.white = dice.below_one();
+  if (dice.toss()) o.partition.close_gaps = dice.number();
   o.memory = dice.up_to(kMost);
   if (dice.toss()) o.arena = dice.up_to(kMost);
   o.error = dice.below_one();
@@ -90,6 +91,7 @@ TEST(RunToml, EveryCombinationOfOptionsComesBackByteForByte) {
     ASSERT_EQ(back.min_edge, options.min_edge);
     ASSERT_EQ(back.scene.unit, options.scene.unit);
     ASSERT_EQ(back.scene.white, options.scene.white);
+    ASSERT_EQ(back.partition.close_gaps, options.partition.close_gaps);
     ASSERT_EQ(back.scene.drop, options.scene.drop);
     ASSERT_EQ(back.force, options.force);
     ASSERT_EQ(back.trace, options.trace);
