@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <unordered_set>
 
 #include "engine/disjoint_sets.h"
@@ -13,13 +14,16 @@ namespace atrium {
 
 namespace {
 
+// The grain: the least area of surfaces in a plane worth a split. A share of the diagonal squared, of
+// a room or a building, but no more than a share of the surface that has the median of all area: a
+// campus is of the grain of its buildings. 0.25 m² in a building of 70 m.
+constexpr double kGrainOfDiagonal = 5e-5;
+constexpr double kGrainOfMedian = 1.0 / 30;
 // Besides having the grain's area, what lies in a plane must cover this share of the node's section
-// to be worth a split, or have this area (a share of the diagonal squared; 15 m² in a building of
-// 70 m) or this many grains, or close a section that is a strip: the hole of a stair parts a slab's
-// inside from the air.
+// to be worth a split, or have so many grains, or close a section that is a strip: the hole of a
+// stair parts a slab's inside from the air.
 constexpr double kMinCoverage = 0.3;
-constexpr double kLargeArea = 3e-3;
-constexpr double kLargeGrains = 5;
+constexpr double kLargeGrains = 60;
 // A reveal, in grains: what bounds a hole in a plane that parts space is worth a split however
 // little of the section it covers, or the room would join the wall's inside through the hole.
 constexpr double kRevealGrains = 0.1;
@@ -46,13 +50,24 @@ struct PlaneTally {
   double along = 0, against = 0;  // m²
 };
 
+double grain_of(const Scene& scene) {
+  std::vector<double> areas;
+  for (const Surface& s : scene.surfaces) areas.push_back(area(scene.polygon(s)));
+  std::sort(areas.begin(), areas.end());
+  const double half = 0.5 * std::accumulate(areas.begin(), areas.end(), 0.0);
+  double sum = 0, median = 0;
+  for (std::size_t i = 0; i < areas.size() && sum < half; ++i) sum += median = areas[i];
+  const double diagonal = scene.bounds.diagonal();
+  return std::min(kGrainOfDiagonal * diagonal * diagonal, kGrainOfMedian * median);
+}
+
 class Builder {
  public:
-  Builder(const Scene& scene, double grain, double gap, Bsp& bsp)
+  Builder(const Scene& scene, double gap, Bsp& bsp)
       : bsp_(bsp), gap_(gap), diagonal_(scene.bounds.diagonal()), center_(scene.bounds.center()) {
-    min_area_ = grain * diagonal_ * diagonal_;
+    min_area_ = grain_of(scene);
     reveal_area_ = kRevealGrains * min_area_;
-    large_area_ = std::max(kLargeArea, kLargeGrains * grain) * diagonal_ * diagonal_;
+    large_area_ = kLargeGrains * min_area_;
     std::vector<Fragment> fragments;
     PlaneClusters found = cluster_planes(scene, reveal_area_);
     planes_ = std::move(found.planes);
@@ -287,10 +302,10 @@ class Builder {
 
 }  // namespace
 
-Bsp build_bsp(const Scene& scene, double grain, double gap) {
+Bsp build_bsp(const Scene& scene, double gap) {
   Bsp bsp;
   bsp.tolerance = scene.tolerance;
-  Builder(scene, grain, gap, bsp);
+  Builder(scene, gap, bsp);
   return bsp;
 }
 

@@ -60,11 +60,10 @@ struct Bsp {
   double tolerance = 0;
 };
 
-// `grain`: the least area of surfaces in a plane worth a split, as a share of the scene's diagonal
-// squared. Space that is no thicker than `gap` metres is split along whatever covers its section,
-// small as that is: surfaces that miss each other's plane leave such space between their planes,
-// and it would join the air over one solid to the inside of the next.
-Bsp build_bsp(const Scene& scene, double grain, double gap = 0);
+// Space that is no thicker than `gap` metres is split along whatever covers its section, small as
+// that is: surfaces that miss each other's plane leave such space between their planes, and it would
+// join the air over one solid to the inside of the next.
+Bsp build_bsp(const Scene& scene, double gap = 0);
 
 // Splits along reveals are tried wherever a hole leads on: into a wall's inside, or to a niche that
 // ends there. Without those that leave little in the dark; `lit` says which cells are not.

@@ -16,8 +16,6 @@ namespace atrium {
 
 namespace {
 
-// As a partition's finest: 0.25 m² in a building of 70 m.
-constexpr double kGrain = 5e-5;
 // What a ball of this size passes is no doorway, but one room; and what is open to the outdoors so
 // far, higher than a storey, is outdoors: a hall with large windows is none.
 constexpr double kArch = 1.5, kGate = 3;  // m
@@ -310,7 +308,7 @@ std::size_t most_parts(const std::vector<std::uint32_t>& network, const std::vec
 
 RoomPlan find_room_plan(const Scene& scene) {
   RoomPlan plan;
-  plan.bsp = build_bsp(scene, kGrain);
+  plan.bsp = build_bsp(scene);
   plan.portals = find_portals(plan.bsp);
   plan.groups = group_portals(plan.bsp, plan.portals);
   number_rooms(scene, plan);

@@ -17,9 +17,6 @@ namespace atrium {
 
 namespace {
 
-// Grain of the subdivision: 0.25 m² in a building of 70 m.
-constexpr double kGrain = 5e-5;
-
 struct Space {
   Bsp bsp;
   std::vector<CellPortal> portals;  // between lit cells
@@ -66,7 +63,7 @@ std::vector<CellJoint> joints(const std::vector<CellPortal>& portals) {
 
 Space divide_space(const Scene& scene, double gap) {
   Space space;
-  space.bsp = build_bsp(scene, kGrain, gap);
+  space.bsp = build_bsp(scene, gap);
   const auto light = [&] {
     space.portals = find_portals(space.bsp);
     space.gaps = close_gaps(space.bsp, gap, space.portals);

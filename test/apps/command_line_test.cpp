@@ -46,7 +46,6 @@ TEST(CommandLine, WhatItDoesNotKnowIsAUsageError) {
            {"solve", "scene.obj", "-o", "run", "--unit", "furlong"},
            {"solve", "scene.obj", "-o", "run", "--threads", "0"},
            {"inspect", "scene.obj", "--white", "1"},
-           {"inspect", "scene.obj", "--visible", "pairs.csv"},
            {"probe", "no-such-run"},
            {"resume", "no-such-run"},
            {"status", "no-such-run"},

@@ -17,10 +17,9 @@ struct Flowing {
 
 // A fourth room behind, its doorway at y < 1 again: no line through the first two reaches it.
 Flowing four_rooms() {
-  constexpr double kGrain = 5e-5;
   SceneBuilder s = rooms_in_a_row();
   s.quad("wall 3", {10, 1, 0}, {0, 3, 0}, {0, 0, 3}, kBothSides);
-  Flowing f{build_bsp(s.build(), kGrain), {}};
+  Flowing f{build_bsp(s.build()), {}};
   f.graph = make_graph(f.bsp, find_portals(f.bsp));
   return f;
 }
