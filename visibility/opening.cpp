@@ -4,25 +4,19 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <polyclipping/clipper.hpp>
 #include <set>
 
 #include "engine/disjoint_sets.h"
+#include "visibility/grid_paths.h"
 
 namespace atrium {
 
 namespace {
 
-using ClipperLib::Path;
-using ClipperLib::Paths;
-using ClipperLib::PolyNode;
-
 // Sines of angles between planes below this are none.
 constexpr double kSamePlane = 1e-6;
 // A grid step is this share of the tolerance.
 constexpr double kGridOfTolerance = 0.1;
-// Corners sharper than this many offsets are cut when a region is grown.
-constexpr double kMiterLimit = 4;
 // A width is found to this share of itself.
 constexpr double kWidthShare = 1e-3;
 // The objects around an opening come this near to its rim: a share of its width, and tolerances.
@@ -53,51 +47,6 @@ bool any_shared_point(PolygonView p, PolygonView q, double tolerance, Meet&& mee
   return false;
 }
 
-Paths offset(const Paths& paths, double steps) {
-  ClipperLib::ClipperOffset clipper(kMiterLimit);
-  clipper.AddPaths(paths, ClipperLib::jtMiter, ClipperLib::etClosedPolygon);
-  Paths out;
-  clipper.Execute(out, steps);
-  return out;
-}
-
-Paths combined(const Paths& subject, const Paths& clip, ClipperLib::ClipType how) {
-  ClipperLib::Clipper clipper;
-  clipper.AddPaths(subject, ClipperLib::ptSubject, true);
-  clipper.AddPaths(clip, ClipperLib::ptClip, true);
-  Paths out;
-  clipper.Execute(how, out, ClipperLib::pftNonZero, ClipperLib::pftNonZero);
-  return out;
-}
-
-double area_of(const Paths& paths) {
-  double sum = 0;
-  for (const Path& path : paths) sum += ClipperLib::Area(path);
-  return sum;
-}
-
-void parts_below(const PolyNode& outside, std::vector<Paths>& out) {
-  for (const PolyNode* outer : outside.Childs) {
-    Paths part{outer->Contour};
-    for (const PolyNode* hole : outer->Childs) {
-      part.push_back(hole->Contour);
-      parts_below(*hole, out);
-    }
-    out.push_back(std::move(part));
-  }
-}
-
-// An outer loop with its holes each.
-std::vector<Paths> parts_of(const Paths& paths) {
-  ClipperLib::Clipper clipper;
-  clipper.AddPaths(paths, ClipperLib::ptSubject, true);
-  ClipperLib::PolyTree tree;
-  clipper.Execute(ClipperLib::ctUnion, tree, ClipperLib::pftNonZero, ClipperLib::pftNonZero);
-  std::vector<Paths> parts;
-  parts_below(tree, parts);
-  return parts;
-}
-
 // One opening on its plane's grid.
 class Region {
  public:
@@ -108,25 +57,24 @@ class Region {
     for (std::uint32_t i : group) polygons.push_back(portals[i].polygon);
     const PlaneGrid grid{frame_of(polygons.front()), kGridOfTolerance * bsp.tolerance};
     region_ = union_of(grid, polygons, kSliverTolerances * bsp.tolerance);
-    for (const auto& loop : region_.loops) paths_.push_back(path_of(loop));
     sliver_ = kSliverTolerances / kGridOfTolerance;
   }
 
   double unit() const { return region_.grid.unit; }
   // Where a ball of the radius passes, in grid steps, and what lies within `beyond` of there.
-  Paths passed(double radius, double beyond) const {
-    const Paths centers = offset(paths_, -radius);
+  GridPaths passed(double radius, double beyond) const {
+    const GridPaths centers = offset(region_.loops, -radius);
     return centers.empty() ? centers : offset(centers, radius + beyond);
   }
 
-  void mark(const Paths& passed, std::vector<bool>& portals) const {
+  void mark(const GridPaths& passed, std::vector<bool>& portals) const {
     if (passed.empty()) return;
     for (std::uint32_t i : group_) portals[i] = !common(i, passed).empty();
   }
 
   void add_narrow(double radius, std::vector<NarrowOpening>& out) const {
-    const Paths rest = combined(paths_, passed(radius, radius), ClipperLib::ctDifference);
-    for (const Paths& part : parts_of(rest)) {
+    for (const GridPaths& part :
+         combine(region_.loops, passed(radius, radius), Combine::kDifference)) {
       NarrowOpening opening = measured(part, radius);
       if (!(opening.width > sliver_ * unit())) continue;
       for (std::uint32_t i : group_)
@@ -136,27 +84,21 @@ class Region {
   }
 
  private:
-  Path path_of(const std::vector<GridPoint>& loop) const {
-    Path path;
-    for (const GridPoint& p : loop) path.emplace_back(p.x, p.y);
-    return path;
-  }
-
   // What a portal has of a part, but for strips along its rim.
-  Paths common(std::uint32_t portal, const Paths& part) const {
-    std::vector<GridPoint> loop;
-    for (const Vec3& x : portals_[portal].polygon) loop.push_back(region_.grid.to_grid(x));
-    Path path = path_of(loop);
-    if (!ClipperLib::Orientation(path)) std::reverse(path.begin(), path.end());
-    return offset(combined({path}, part, ClipperLib::ctIntersection), -0.5 * sliver_);
+  GridPaths common(std::uint32_t portal, const GridPaths& part) const {
+    const GridPath path = to_path(region_.grid, portals_[portal].polygon);
+    GridPaths both;
+    for (const GridPaths& piece : combine({path}, part, Combine::kIntersection))
+      both.insert(both.end(), piece.begin(), piece.end());
+    return offset(both, -0.5 * sliver_);
   }
 
-  NarrowOpening measured(const Paths& part, double most) const {
+  NarrowOpening measured(const GridPaths& part, double most) const {
     double fits = 0, fails = most;
-    Paths middle = part;
+    GridPaths middle = part;
     while (fails - fits > std::max(kWidthShare * fails, 0.5)) {
       const double radius = 0.5 * (fits + fails);
-      Paths centers = offset(part, -radius);
+      GridPaths centers = offset(part, -radius);
       (centers.empty() ? fails : fits) = radius;
       if (!centers.empty()) middle = std::move(centers);
     }
@@ -165,19 +107,13 @@ class Region {
     if (!(opening.width > 0)) return opening;
     opening.length = area_of(part) * unit() * unit() / opening.width;
     opening.widest = center(middle.front());
-    for (const Path& loop : part) opening.outline.push_back(in_space(loop));
+    for (const GridPath& loop : part) opening.outline.push_back(to_polygon(region_.grid, loop));
     opening.along = longest_side(opening.outline);
     return opening;
   }
 
-  Polygon in_space(const Path& path) const {
-    Polygon polygon;
-    for (const auto& p : path) polygon.push_back(region_.grid.to_space({p.X, p.Y}));
-    return polygon;
-  }
-
-  Vec3 center(const Path& path) const {
-    const Polygon polygon = in_space(path);
+  Vec3 center(const GridPath& path) const {
+    const Polygon polygon = to_polygon(region_.grid, path);
     return std::accumulate(polygon.begin(), polygon.end(), Vec3{0}) / double(polygon.size());
   }
 
@@ -194,7 +130,6 @@ class Region {
   const std::vector<CellPortal>& portals_;
   const std::vector<std::uint32_t>& group_;
   PlaneRegion region_;
-  Paths paths_;
   double sliver_ = 0;  // grid steps
 };
 

@@ -2,16 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <polyclipping/clipper.hpp>
+
+#include "visibility/grid_paths.h"
 
 namespace atrium {
 
 namespace {
-
-using ClipperLib::Path;
-using ClipperLib::Paths;
-using ClipperLib::PolyNode;
-using ClipperLib::PolyTree;
 
 // A hull serves as one portal where it is at most this much larger than what it stands for.
 // [facts: visibility, step 3]
@@ -20,41 +16,6 @@ constexpr double kHullSlack = 1.3;
 constexpr std::size_t kCutsTried = 8;
 // Cuts of one region in depth; past it a hull serves whatever its size.
 constexpr int kDeepestCut = 12;
-// How far beyond its corner an offset corner may reach, in offsets.
-constexpr double kMiterLimit = 4;
-
-Path to_path(const std::vector<GridPoint>& loop) {
-  Path path;
-  path.reserve(loop.size());
-  for (const GridPoint& p : loop) path.emplace_back(p.x, p.y);
-  return path;
-}
-
-Path to_path(const PlaneGrid& grid, PolygonView polygon) {
-  Path path;
-  path.reserve(polygon.size());
-  for (const Vec3& x : polygon) {
-    const GridPoint p = grid.to_grid(x);
-    path.emplace_back(p.x, p.y);
-  }
-  if (!ClipperLib::Orientation(path)) std::reverse(path.begin(), path.end());
-  return path;
-}
-
-Polygon to_polygon(const PlaneGrid& grid, const Path& path) {
-  Polygon polygon;
-  polygon.reserve(path.size());
-  for (const auto& p : path) polygon.push_back(grid.to_space({p.X, p.Y}));
-  return polygon;
-}
-
-Paths offset(const Paths& paths, double steps) {
-  ClipperLib::ClipperOffset clipper(kMiterLimit);
-  clipper.AddPaths(paths, ClipperLib::jtMiter, ClipperLib::etClosedPolygon);
-  Paths out;
-  clipper.Execute(out, steps);
-  return out;
-}
 
 struct GridBox {
   std::int64_t x0 = INT64_MAX, y0 = INT64_MAX, x1 = INT64_MIN, y1 = INT64_MIN;
@@ -67,30 +28,23 @@ struct GridBox {
   }
 };
 
-GridBox box_of(const Path& path) {
+GridBox box_of(const GridPath& path) {
   GridBox box;
-  for (const auto& p : path) box.extend(p.X, p.Y);
+  for (const auto& p : path) box.extend(p.x, p.y);
   return box;
 }
 
-GridBox box_of(const std::vector<GridPoint>& loop) {
-  GridBox box;
-  for (const GridPoint& p : loop) box.extend(p.x, p.y);
-  return box;
+double turn(const GridPoint& a, const GridPoint& b, const GridPoint& c) {
+  return double(b.x - a.x) * double(c.y - a.y) - double(b.y - a.y) * double(c.x - a.x);
 }
 
-double turn(const ClipperLib::IntPoint& a, const ClipperLib::IntPoint& b,
-            const ClipperLib::IntPoint& c) {
-  return double(b.X - a.X) * double(c.Y - a.Y) - double(b.Y - a.Y) * double(c.X - a.X);
-}
-
-Path hull(Path points) {
+GridPath hull(GridPath points) {
   std::sort(points.begin(), points.end(),
-            [](const auto& a, const auto& b) { return a.X != b.X ? a.X < b.X : a.Y < b.Y; });
+            [](const auto& a, const auto& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
   points.erase(std::unique(points.begin(), points.end()), points.end());
   if (points.size() < 3) return {};
-  Path out;
-  auto add = [&out](const ClipperLib::IntPoint& p, std::size_t floor) {
+  GridPath out;
+  auto add = [&out](const GridPoint& p, std::size_t floor) {
     while (out.size() >= floor + 2 && turn(out[out.size() - 2], out.back(), p) <= 0) out.pop_back();
     out.push_back(p);
   };
@@ -102,54 +56,25 @@ Path hull(Path points) {
 }
 
 // An outer loop and its holes.
-using Component = Paths;
-
-double open_area(const Component& component) {
-  double sum = 0;
-  for (const Path& loop : component) sum += ClipperLib::Area(loop);
-  return sum;
-}
-
-void components_below(const PolyNode& outside, std::vector<Component>& out) {
-  for (const PolyNode* outer : outside.Childs) {
-    Component component{outer->Contour};
-    for (const PolyNode* hole : outer->Childs) {
-      component.push_back(hole->Contour);
-      components_below(*hole, out);
-    }
-    out.push_back(std::move(component));
-  }
-}
-
-std::vector<Component> combine(const Paths& subject, const Paths& clip, ClipperLib::ClipType how) {
-  ClipperLib::Clipper clipper;
-  clipper.AddPaths(subject, ClipperLib::ptSubject, true);
-  clipper.AddPaths(clip, ClipperLib::ptClip, true);
-  PolyTree tree;
-  clipper.Execute(how, tree, ClipperLib::pftNonZero, ClipperLib::pftNonZero);
-  std::vector<Component> out;
-  components_below(tree, out);
-  return out;
-}
+using Component = GridPaths;
 
 struct Edge {
-  ClipperLib::IntPoint a, b;
+  GridPoint a, b;
   double squared_length = 0;
 };
 
 // Edges of the component that run through its hull's inside, longest first.
-std::vector<Edge> inner_edges(const Component& component, const Path& outline) {
+std::vector<Edge> inner_edges(const Component& component, const GridPath& outline) {
   std::vector<Edge> edges;
-  for (const Path& loop : component)
+  for (const GridPath& loop : component)
     for (std::size_t i = 0; i < loop.size(); ++i) {
       const auto &a = loop[i], &b = loop[(i + 1) % loop.size()];
-      const bool inside =
-          std::any_of(outline.begin(), outline.end(),
-                      [&](const ClipperLib::IntPoint& p) { return turn(a, b, p) > 0; }) &&
-          std::any_of(outline.begin(), outline.end(),
-                      [&](const ClipperLib::IntPoint& p) { return turn(a, b, p) < 0; });
+      const bool inside = std::any_of(outline.begin(), outline.end(),
+                                      [&](const GridPoint& p) { return turn(a, b, p) > 0; }) &&
+                          std::any_of(outline.begin(), outline.end(),
+                                      [&](const GridPoint& p) { return turn(a, b, p) < 0; });
       if (!inside) continue;
-      const double dx = double(b.X - a.X), dy = double(b.Y - a.Y);
+      const double dx = double(b.x - a.x), dy = double(b.y - a.y);
       edges.push_back({a, b, dx * dx + dy * dy});
     }
   std::stable_sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
@@ -160,17 +85,17 @@ std::vector<Edge> inner_edges(const Component& component, const Path& outline) {
 }
 
 // The half of a box that contains the component, left or right of the edge's line.
-Path half_plane(const Edge& edge, const GridBox& box, double side) {
+GridPath half_plane(const Edge& edge, const GridBox& box, double side) {
   const double l = std::sqrt(edge.squared_length);
-  const double ux = double(edge.b.X - edge.a.X) / l, uy = double(edge.b.Y - edge.a.Y) / l;
+  const double ux = double(edge.b.x - edge.a.x) / l, uy = double(edge.b.y - edge.a.y) / l;
   const double reach = 2 * std::hypot(double(box.x1 - box.x0), double(box.y1 - box.y0)) + 2;
   const double nx = -uy * side, ny = ux * side;
   auto at = [&](double along, double across) {
-    return ClipperLib::IntPoint(std::llround(double(edge.a.X) + along * ux + across * nx),
-                                std::llround(double(edge.a.Y) + along * uy + across * ny));
+    return GridPoint{std::llround(double(edge.a.x) + along * ux + across * nx),
+                     std::llround(double(edge.a.y) + along * uy + across * ny)};
   };
-  Path path{at(-reach, 0), at(reach, 0), at(reach, reach), at(-reach, reach)};
-  if (!ClipperLib::Orientation(path)) std::reverse(path.begin(), path.end());
+  GridPath path{at(-reach, 0), at(reach, 0), at(reach, reach), at(-reach, reach)};
+  make_counter_clockwise(path);
   return path;
 }
 
@@ -179,36 +104,35 @@ std::vector<Component> cut(const Component& component, const Edge& edge) {
   std::vector<Component> parts;
   for (double side : {1.0, -1.0})
     for (Component& part :
-         combine(component, {half_plane(edge, box, side)}, ClipperLib::ctIntersection))
+         combine(component, {half_plane(edge, box, side)}, Combine::kIntersection))
       parts.push_back(std::move(part));
   return parts;
 }
 
 double hull_area(const std::vector<Component>& parts) {
   double sum = 0;
-  for (const Component& part : parts) sum += ClipperLib::Area(hull(part.front()));
+  for (const Component& part : parts) sum += area_of(hull(part.front()));
   return sum;
 }
 
-double grid_width(const Path& path, double area) {
+double grid_width(const GridPath& path, double area) {
   double perimeter = 0;
   for (std::size_t i = 0; i < path.size(); ++i) {
     const auto &a = path[i], &b = path[(i + 1) % path.size()];
-    perimeter += std::hypot(double(b.X - a.X), double(b.Y - a.Y));
+    perimeter += std::hypot(double(b.x - a.x), double(b.y - a.y));
   }
   return perimeter > 0 ? 2 * area / perimeter : 0;
 }
 
 void convex_pieces(const Component& component, const PlaneGrid& grid, double sliver, int depth,
                    std::vector<OpenPiece>& out) {
-  const double open = open_area(component);
+  const double open = area_of(component);
   if (grid_width(component.front(), open) * grid.unit < sliver) return;
-  const Path outline = hull(component.front());
+  const GridPath outline = hull(component.front());
   if (outline.size() < 3) return;
-  const std::vector<Edge> edges =
-      depth < kDeepestCut && ClipperLib::Area(outline) > kHullSlack * open
-          ? inner_edges(component, outline)
-          : std::vector<Edge>{};
+  const std::vector<Edge> edges = depth < kDeepestCut && area_of(outline) > kHullSlack * open
+                                      ? inner_edges(component, outline)
+                                      : std::vector<Edge>{};
   if (edges.empty()) {
     out.push_back({to_polygon(grid, outline), open * grid.unit * grid.unit});
     return;
@@ -223,10 +147,10 @@ void convex_pieces(const Component& component, const PlaneGrid& grid, double sli
   for (const Component& part : best) convex_pieces(part, grid, sliver, depth + 1, out);
 }
 
-Paths overlapping_loops(const PlaneRegion& region, const GridBox& box) {
-  Paths paths;
+GridPaths overlapping_loops(const PlaneRegion& region, const GridBox& box) {
+  GridPaths paths;
   for (const auto& loop : region.loops)
-    if (box_of(loop).overlaps(box)) paths.push_back(to_path(loop));
+    if (box_of(loop).overlaps(box)) paths.push_back(loop);
   return paths;
 }
 
@@ -249,37 +173,30 @@ double strip_width(PolygonView polygon) {
 }
 
 PlaneRegion union_of(const PlaneGrid& grid, std::span<const Polygon> polygons, double gap) {
-  Paths paths;
+  GridPaths paths;
   paths.reserve(polygons.size());
   for (const Polygon& polygon : polygons) {
-    Path path = to_path(grid, polygon);
-    if (ClipperLib::Area(path) > 0) paths.push_back(std::move(path));
+    GridPath path = to_path(grid, polygon);
+    if (area_of(path) > 0) paths.push_back(std::move(path));
   }
   const double half_gap = 0.5 * gap / grid.unit;
-  PlaneRegion region{grid, {}};
-  for (const Path& path : offset(offset(paths, half_gap), -half_gap)) {
-    std::vector<GridPoint> loop;
-    loop.reserve(path.size());
-    for (const auto& p : path) loop.push_back({p.X, p.Y});
-    region.loops.push_back(std::move(loop));
-  }
-  return region;
+  return {grid, offset(offset(paths, half_gap), -half_gap)};
 }
 
 std::vector<OpenPiece> open_pieces(const PlaneRegion& opaque, PolygonView footprint,
                                    double sliver) {
   if (footprint.size() < 3 || strip_width(footprint) < sliver) return {};
-  const Path path = to_path(opaque.grid, footprint);
-  const Paths walls = overlapping_loops(opaque, box_of(path));
+  const GridPath path = to_path(opaque.grid, footprint);
+  const GridPaths walls = overlapping_loops(opaque, box_of(path));
   if (walls.empty()) return {{Polygon(footprint.begin(), footprint.end()), area(footprint)}};
   // Strips along the walls go by shrinking and growing again, one step more than was lost.
   const double half = 0.5 * sliver / opaque.grid.unit;
-  Paths open;
-  for (Component& component : combine({path}, walls, ClipperLib::ctDifference))
+  GridPaths open;
+  for (Component& component : combine({path}, walls, Combine::kDifference))
     open.insert(open.end(), component.begin(), component.end());
   open = offset(offset(open, -half), half + 1);
   std::vector<OpenPiece> pieces;
-  for (const Component& component : combine(open, {}, ClipperLib::ctUnion))
+  for (const Component& component : combine(open, {}, Combine::kUnion))
     convex_pieces(component, opaque.grid, sliver, 0, pieces);
   return pieces;
 }
