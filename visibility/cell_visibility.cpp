@@ -16,7 +16,7 @@ constexpr std::size_t kMostSteps = 2'000'000'000;
 constexpr std::size_t kLeastSteps = 1000;
 // The same of pairs, of which each has its cluster's share of these left, and the limit of each. A
 // pair that comes to its limit counts as seeing each other.
-constexpr std::size_t kMostPairSteps = 20'000'000;
+constexpr std::size_t kMostPairSteps = 50'000'000;
 constexpr std::size_t kStepsOfPair = 256;
 }  // namespace
 
