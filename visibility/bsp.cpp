@@ -14,9 +14,9 @@ namespace atrium {
 
 namespace {
 
-// The grain: the least area of surfaces in a plane worth a split. A share of the diagonal squared, of
-// a room or a building, but no more than a share of the surface that has the median of all area: a
-// campus is of the grain of its buildings. 0.25 m² in a building of 70 m.
+// The grain: the least area of surfaces in a plane worth a split. A share of the diagonal squared,
+// of a room or a building, but no more than a share of the surface that has the median of all area:
+// a campus is of the grain of its buildings. 0.25 m² in a building of 70 m.
 constexpr double kGrainOfDiagonal = 5e-5;
 constexpr double kGrainOfMedian = 1.0 / 30;
 // Besides having the grain's area, what lies in a plane must cover this share of the node's section
@@ -32,6 +32,9 @@ constexpr std::array kAlongEdge{0.25, 0.5, 0.75};
 // Splits along reveals stay where they keep dark at least this share of the space they part, or as
 // much elsewhere: a niche keeps a wall's inside dark.
 constexpr double kDarkShare = 0.25;
+// Cells of one room's air that are searched one by one; more of them are one cell again: furniture
+// in the open makes portals that all see each other.
+constexpr std::size_t kMostCellsOfAir = 32;
 // Score: coverage × area to this power. [facts: visibility, step 2]
 constexpr double kAreaPower = 0.15;
 // Of scores that agree to this the first plane's wins: a turned copy rounds otherwise.
@@ -231,8 +234,9 @@ class Builder {
     }
     const std::size_t index = bsp_.nodes.size();
     const CandidatePlane& candidate = planes_[choice.plane];
-    bsp_.nodes.push_back({candidate.plane, {}, {}, std::move(choice.section), {}, {}});
-    if (at_reveal) bsp_.nodes[index].whole = faces;
+    bsp_.nodes.push_back({candidate.plane, {}, {}, std::move(choice.section), {}, false, {}});
+    bsp_.nodes[index].at_reveal = at_reveal;
+    bsp_.nodes[index].whole = faces;
     std::vector<Fragment> front, back;
     bsp_.nodes[index].opaque = deal(std::move(fragments), candidate, front, back);
     std::vector<CellFace> front_faces, back_faces;
@@ -319,12 +323,13 @@ double volume(const ConvexCell& cell) {
   return sum;
 }
 
-// Copies a tree without the splits along reveals that keep too little dark.
+// Copies a tree without the splits that part too little.
 class Pruner {
  public:
   // dark: of a cell, how much space would be lit with it, m³; nothing if it is lit.
-  Pruner(const Bsp& from, const std::vector<double>& dark, Bsp& to)
-      : from_(from), dark_(dark), to_(to), number_(from.nodes.size()) {
+  Pruner(const Bsp& from, const std::vector<double>& dark, std::span<const std::uint32_t> rooms,
+         Bsp& to)
+      : from_(from), dark_(dark), rooms_(rooms), to_(to), number_(from.nodes.size()) {
     weigh(from.root);
     to_.root = copy(from.root);
   }
@@ -333,19 +338,41 @@ class Pruner {
   struct Weight {
     double dark = 0;          // m³, the most that one of its cells keeps so
     double lit = 0, all = 0;  // m³, of itself
+    std::uint32_t room = 0;   // of its lit cells
+    bool one_room = true;     // they are all of it
+    std::size_t lit_cells = 0;
   };
 
+  Weight weigh_cell(std::uint32_t cell) const {
+    const double v = volume(from_.cells[cell]);
+    if (dark_[cell] > 0) return {dark_[cell], 0, v, 0, true, 0};
+    return {0, v, v, rooms_[cell], true, 1};
+  }
+
+  static Weight sum(const Weight& f, const Weight& b) {
+    const bool both = f.lit_cells > 0 && b.lit_cells > 0;
+    return {std::max(f.dark, b.dark),
+            f.lit + b.lit,
+            f.all + b.all,
+            f.lit_cells > 0 ? f.room : b.room,
+            f.one_room && b.one_room && !(both && f.room != b.room),
+            f.lit_cells + b.lit_cells};
+  }
+
+  // Does the split part too little? One along reveals where it keeps too little dark, and all of a
+  // crowd of cells in one room's air.
+  static bool parts_little(const BspNode& node, const Weight& w) {
+    if (w.lit > 0 && w.dark >= kDarkShare * w.all) return false;
+    return node.at_reveal || (w.one_room && w.lit_cells > kMostCellsOfAir);
+  }
+
   Weight weigh(BspRef ref) {
-    if (ref.is_cell()) {
-      const double v = volume(from_.cells[ref.index()]), dark = dark_[ref.index()];
-      return {dark, dark > 0 ? 0 : v, v};
-    }
+    if (ref.is_cell()) return weigh_cell(ref.index());
     const BspNode& node = from_.nodes[ref.index()];
-    const Weight f = weigh(node.front), b = weigh(node.back);
-    const Weight w{std::max(f.dark, b.dark), f.lit + b.lit, f.all + b.all};
-    if (node.whole.empty() || (w.lit > 0 && w.dark >= kDarkShare * w.all)) return w;
+    const Weight w = sum(weigh(node.front), weigh(node.back));
+    if (!parts_little(node, w)) return w;
     whole_.insert(ref.index());
-    return w.lit > 0 ? Weight{0, w.all, w.all} : w;
+    return w.lit > 0 ? Weight{0, w.all, w.all, w.room, w.one_room, w.lit_cells} : w;
   }
 
   BspRef copy(BspRef ref) {
@@ -353,7 +380,7 @@ class Pruner {
     const BspNode& node = from_.nodes[ref.index()];
     if (whole_.contains(ref.index())) return add_cell(node.whole);
     const std::size_t index = number_[ref.index()] = to_.nodes.size();
-    to_.nodes.push_back({node.plane, {}, {}, node.section, node.opaque, {}});
+    to_.nodes.push_back({node.plane, {}, {}, node.section, node.opaque, false, {}});
     const BspRef front = copy(node.front), back = copy(node.back);
     to_.nodes[index].front = front;
     to_.nodes[index].back = back;
@@ -370,6 +397,7 @@ class Pruner {
 
   const Bsp& from_;
   const std::vector<double>& dark_;
+  std::span<const std::uint32_t> rooms_;
   Bsp& to_;
   std::vector<std::size_t> number_;
   std::unordered_set<std::uint32_t> whole_;
@@ -377,7 +405,8 @@ class Pruner {
 
 }  // namespace
 
-Bsp prune(const Bsp& bsp, std::span<const CellJoint> joints, const std::vector<bool>& lit) {
+Bsp prune(const Bsp& bsp, std::span<const CellJoint> joints, const std::vector<bool>& lit,
+          std::span<const std::uint32_t> rooms) {
   DisjointSets spaces(bsp.cells.size());
   for (const CellJoint& j : joints)
     if (!lit[j.front] && !lit[j.back]) spaces.join(j.front, j.back);
@@ -389,7 +418,7 @@ Bsp prune(const Bsp& bsp, std::span<const CellJoint> joints, const std::vector<b
   Bsp pruned;
   pruned.frame = bsp.frame;
   pruned.tolerance = bsp.tolerance;
-  Pruner(bsp, dark, pruned);
+  Pruner(bsp, dark, rooms, pruned);
   return pruned;
 }
 

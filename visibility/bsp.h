@@ -45,7 +45,8 @@ struct BspNode {
   BspRef front, back;
   Polygon section;  // of the node's space, counter-clockwise about the plane's normal
   PlaneRegion opaque;
-  std::vector<CellFace> whole;  // of a split along reveals: the cell that it would be without
+  bool at_reveal = false;       // the split is along a reveal, or below such a one
+  std::vector<CellFace> whole;  // the cell that it would be without, until it is pruned
 };
 
 struct ConvexCell {
@@ -61,8 +62,8 @@ struct Bsp {
 };
 
 // Space that is no thicker than `gap` metres is split along whatever covers its section, small as
-// that is: surfaces that miss each other's plane leave such space between their planes, and it would
-// join the air over one solid to the inside of the next.
+// that is: surfaces that miss each other's plane leave such space between their planes, and it
+// would join the air over one solid to the inside of the next.
 Bsp build_bsp(const Scene& scene, double gap = 0);
 
 // Splits along reveals are tried wherever a hole leads on: into a wall's inside, or to a niche that
@@ -70,7 +71,10 @@ Bsp build_bsp(const Scene& scene, double gap = 0);
 struct CellJoint {
   std::uint32_t front = 0, back = 0;  // cells that a portal joins
 };
-Bsp prune(const Bsp& bsp, std::span<const CellJoint> joints, const std::vector<bool>& lit);
+// And without those that only divide one room's air into a crowd of cells. `rooms` says of the
+// cells which belong together.
+Bsp prune(const Bsp& bsp, std::span<const CellJoint> joints, const std::vector<bool>& lit,
+          std::span<const std::uint32_t> rooms);
 
 // What of a polygon one cell has.
 struct CellPiece {

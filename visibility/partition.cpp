@@ -70,7 +70,8 @@ Space divide_space(const Scene& scene, double gap) {
     space.lit = flood(space.bsp.cells.size(), space.portals, cells_of_emitters(scene, space.bsp));
   };
   light();
-  space.bsp = prune(space.bsp, joints(space.portals), space.lit);
+  space.bsp = prune(space.bsp, joints(space.portals), space.lit,
+                    find_rooms(space.bsp, space.portals, space.lit).of_cell);
   light();
   std::erase_if(space.portals, [&](const CellPortal& p) { return !space.lit[p.front]; });
   space.rooms = find_rooms(space.bsp, space.portals, space.lit);

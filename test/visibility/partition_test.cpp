@@ -156,6 +156,27 @@ TEST(Partition, ANicheThatKeepsNothingDarkIsNotSplitOff) {
   EXPECT_EQ(lit.dark_surfaces, 0u);
 }
 
+TEST(Partition, ACrowdOfCratesDoesNotDivideTheAirOfTheirRoom) {
+  // Crates of 0.4 m on a floor, one by one further in: few divide the air, many no more.
+  const auto cells_with = [](int crates) {
+    SceneBuilder s = room_with_lamp();
+    for (int i = 0; i < crates; ++i) {
+      const Vec3 at{0.3 + 0.7 * (i % 6), 0.3 + 0.6 * (i / 6), 0};
+      s.box("crate " + std::to_string(i), at, at + Vec3{0.4, 0.4, 0.5});
+    }
+    const Scene scene = s.build();
+    const Model model = made(scene);
+    EXPECT_EQ(model.rooms, 1u);
+    const SoundnessReport report = judge_visibility(scene, model, {.segments = 20000});
+    EXPECT_EQ(report.violations(), 0u);
+    return std::count_if(model.cells.begin(), model.cells.end(),
+                         [](const Cell& c) { return c.lit; });
+  };
+  const auto few = cells_with(2);
+  EXPECT_GT(few, 1);
+  EXPECT_LT(cells_with(30), few);
+}
+
 TEST(Partition, APlaneThatRunsOnThroughARoomsAirJoinsIt) {
   // A cupboard's sides cut the room's space, not the room.
   SceneBuilder s = room_with_lamp();
