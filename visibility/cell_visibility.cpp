@@ -12,7 +12,7 @@ namespace atrium {
 namespace {
 // Windows that all flows together may look at; each has its share of them before it is only
 // flooded. A count, not a clock: the same on every machine.
-constexpr std::size_t kMostSteps = 200'000'000;
+constexpr std::size_t kMostSteps = 2'000'000'000;
 constexpr std::size_t kLeastSteps = 1000;
 // The same of pairs, of which each has its cluster's share of these left, and the limit of each. A
 // pair that comes to its limit counts as seeing each other.
