@@ -27,9 +27,10 @@ enum class RecordKind : std::uint8_t {
   kBlockers = 2,   // immutable polygons
   kModel = 3,
   kOther = 4,
-  kBraids = 5  // a receiver's links
+  kBraids = 5,      // a receiver's links
+  kEquilibrium = 6  // the iteration's coarse system
 };
-inline constexpr std::size_t kRecordKinds = 6;
+inline constexpr std::size_t kRecordKinds = 7;
 
 struct RecordId {
   std::uint64_t value = 0;  // kind in the top byte, index below

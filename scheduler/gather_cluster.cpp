@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
+#include <optional>
 
 #include "solver/form_factor.h"
 
@@ -115,13 +116,13 @@ Braid make_braid(const GatherTask& task, const Surroundings& around, ClusterId s
 }
 
 // 3(e) Gather( each patch of R ) across the braid with one source.
-void transfer(const GatherTask& task, const ClusterView& source, const Braid& braid,
-              Receiver& receiver) {
+void transfer(const GatherTask& task, const ClusterView& source,
+              std::span<const Spectrum> pending, const Braid& braid, Receiver& receiver) {
   constexpr std::size_t kWorthSharing = 512;  // links
   const auto strand = [&](std::size_t i) {
     const Braid::Strand& s = braid.strands[i];
     const PatchTree& tree = receiver.trees[s.patch];
-    gather(braid, s, source, tree.order, tree.elements, task.lamp_cap, receiver.slots[s.patch],
+    gather(braid, s, source, pending, tree.order, tree.elements, task.lamp_cap, receiver.slots[s.patch],
            receiver.means[s.patch]);
   };
   if (braid.count() < kWorthSharing)
@@ -149,18 +150,37 @@ Closing closing_of(const PatchTree& tree, const RowMean& mean) {
   return c;
 }
 
+// What is pending becomes part of R.
+void take_pending(const Equilibrium& equilibrium, ClusterId id, Receiver& receiver) {
+  const std::vector<Spectrum> pending = equilibrium.pending(id);
+  for (std::size_t p = 0; p < receiver.trees.size(); ++p)
+    add_everywhere(receiver.trees[p], pending[p]);
+}
+
 // 4. Invoke solver PushPull( each patch of R )
-void push_pull_all(Receiver& receiver, GatherReport& report) {
-  std::vector<PushPullSums> sums(receiver.trees.size());
+void push_pull_all(Receiver& receiver, std::vector<PushPullSums>& sums) {
+  sums.resize(receiver.trees.size());
   tbb::parallel_for(std::size_t(0), receiver.trees.size(), [&](std::size_t p) {
     PatchTree& tree = receiver.trees[p];
     if (tree.head.inert) return;
     sums[p] = push_pull(tree, receiver.slots[p], closing_of(tree, receiver.means[p]));
   });
-  for (std::size_t p = 0; p < sums.size(); ++p) {
-    report.sums.add(sums[p]);
-    report.refined.add(receiver.refined[p]);
+}
+
+// The receiver's part of the coarse system, and what this gather has changed.
+void tell(Equilibrium& equilibrium, ClusterId id, const Receiver& receiver,
+          std::span<const PushPullSums> sums, CoarseRows* rows) {
+  if (rows) {
+    for (std::size_t p = 0; p < receiver.trees.size(); ++p)
+      rows->close(p, receiver.trees[p], closing_of(receiver.trees[p], receiver.means[p]));
+    equilibrium.set_rows(*rows);
   }
+  std::vector<Spectrum> gained(sums.size()), light(sums.size());
+  for (std::size_t p = 0; p < sums.size(); ++p) {
+    gained[p] = sums[p].gained;
+    light[p] = sums[p].light;
+  }
+  equilibrium.gathered(id, gained, light);
 }
 
 }  // namespace
@@ -187,6 +207,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     blocker_bytes = (*world)->bytes();
     measure_escapes(receiver, **world, task.refine.tolerance);
   }
+  take_pending(*task.equilibrium, task.receiver, receiver);
 
   // 3. For each source cluster S visible to R
   const std::span<const ClusterId> sources = model.visible[task.receiver.value];
@@ -197,6 +218,8 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     if (!braids.ok()) return braids.status();
     kept = *braids;
   }
+  std::optional<CoarseRows> rows;
+  if (task.linking != Linking::kUseKept) rows.emplace(*task.equilibrium, task.receiver);
   std::uint64_t largest_source = 0;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const ClusterId s = sources[i];
@@ -217,7 +240,8 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     if (task.linking != Linking::kUseKept)
       braid = make_braid(task, around, s, *source, receiver);
     // (e) Gather.
-    transfer(task, *source, braid, receiver);
+    transfer(task, *source, task.equilibrium->pending(s), braid, receiver);
+    if (rows) rows->add(braid, *source, receiver.trees);
     report.solver_seconds += now() - start;
     report.links += braid.count();
     report.link_bytes += braid.bytes();
@@ -227,12 +251,19 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   }
 
   const double start = now();
-  push_pull_all(receiver, report);
+  std::vector<PushPullSums> sums;
+  push_pull_all(receiver, sums);
+  for (std::size_t p = 0; p < sums.size(); ++p) {
+    report.sums.add(sums[p]);
+    report.refined.add(receiver.refined[p]);
+  }
   report.solver_seconds += now() - start;
 
   // What may fail comes before R changes: a gather is done wholly or not at all.
   if (task.linking == Linking::kMakeAndKeep)
     ATRIUM_RETURN_IF_ERROR(task.links->keep(task.receiver, std::move(made)));
+
+  tell(*task.equilibrium, task.receiver, receiver, sums, rows ? &*rows : nullptr);
 
   // 5. Extract R, 6. SetDirty, 7. Release.
   report.elements = receiver.elements();

@@ -15,6 +15,7 @@
 
 #include "engine/model.h"
 #include "pagestore/cluster_store.h"
+#include "scheduler/equilibrium.h"
 #include "scheduler/kept_links.h"
 #include "scheduler/working_set.h"
 #include "solver/gather.h"
@@ -36,6 +37,7 @@ struct GatherTask {
   RefineSettings refine;
   double lamp_cap = 0;  // lm/m²: brighter sources do not stand for their room when rows are closed
   KeptLinks* links = nullptr;  // filled or used, by `linking`
+  Equilibrium* equilibrium = nullptr;
 };
 
 struct GatherReport {

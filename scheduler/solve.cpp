@@ -59,6 +59,8 @@ std::uint64_t peak_rss() {
   return std::uint64_t(u.ru_maxrss) * 1024;
 }
 
+constexpr RecordId kEquilibriumRecord = record_id(RecordKind::kEquilibrium, 0);
+
 // Requests whose records are foreseen at a time; what is needed next is among them.
 constexpr std::uint64_t kForesight = 1 << 16;
 constexpr double kStatusInterval = 0.2;    // s between renewals of the status page and progress
@@ -145,6 +147,7 @@ class Scheduler {
   std::unique_ptr<RayWorlds> worlds_;
   std::vector<ClusterId> order_;
   std::unique_ptr<KeptLinks> links_;
+  std::optional<Equilibrium> equilibrium_;
   Cursor cursor_;
   Sweep sweep_;
   StoreCounters sweep_began_;
@@ -188,6 +191,11 @@ Status Scheduler::take_up_run() {
   sweep_began_ = earlier.sweep_began;
   static_cast<SolveFigures&>(summary_) = earlier.figures;
   ++summary_.resumes;
+  if (directory_.store().contains(kEquilibriumRecord)) {
+    const auto record = directory_.store().stream_in(kEquilibriumRecord);
+    if (!record.ok()) return record.status();
+    ATRIUM_RETURN_IF_ERROR(equilibrium_->restore(*record));
+  }
   say("resumed after " + std::to_string(sweep_.gathered) + " clusters of iteration " +
       std::to_string(cursor_.iteration + (sweep_.gathered < order_.size() ? 1 : 0)));
   return {};
@@ -206,7 +214,11 @@ Status Scheduler::log_gaps() {
 
 // Between two gathers: all of the solve that is not a function of the scene and the options.
 Status Scheduler::checkpoint() {
-  if (links_ && !cursor_.done) ATRIUM_RETURN_IF_ERROR(links_->save());
+  if (links_ && !cursor_.done) {
+    ATRIUM_RETURN_IF_ERROR(links_->save());
+    ATRIUM_RETURN_IF_ERROR(
+        directory_.store().stream_out(kEquilibriumRecord, equilibrium_->saved()));
+  }
   ++summary_.checkpoints;
   RunState state;
   state.begun = 1;
@@ -248,6 +260,7 @@ GatherTask Scheduler::task_for(ClusterId receiver) {
   GatherTask t;
   t.receiver = receiver;
   t.links = links_.get();
+  t.equilibrium = &*equilibrium_;
   if (options_.links != "discard")
     t.linking = cursor_.sweep > 0 ? Linking::kUseKept : Linking::kMakeAndKeep;
   t.refine.threshold = kThresholdOfError * options_.error * kLevels[cursor_.level];
@@ -312,6 +325,7 @@ Status Scheduler::sweep() {
   const std::uint32_t level = cursor_.level;
   ++cursor_.iteration;
   end_sweep();
+  equilibrium_->correct(residual());
   conclude();
   return record_history(level, true);
 }
@@ -453,11 +467,14 @@ void Scheduler::conclude() {
     ++cursor_.level;
     cursor_.sweep = 0;
     links_->forget_all();
+    equilibrium_->forget();
   }
   // Ends that going on would not change: a run that is taken up again ends so at once.
   if (stop_ == Stop::kConverged || stop_ == Stop::kResidual || stop_ == Stop::kStalled) {
     cursor_.done = static_cast<std::uint32_t>(stop_);
     links_->forget_all();  // nothing will be gathered across them again
+    if (directory_.store().contains(kEquilibriumRecord))
+      directory_.store().drop_streamed(kEquilibriumRecord);
   }
 }
 
@@ -511,6 +528,7 @@ Status Scheduler::prepare_all() {
   Result<std::vector<ClusterId>> order = make_order(options_.order, model, options_.seed);
   if (!order.ok()) return order.status();
   order_ = std::move(order).value();
+  equilibrium_.emplace(model, order_);
   if (!options_.reference.empty()) {
     Result<ReferencePoints> points =
         ReferencePoints::read(options_.reference, prepared_->scene, model);

@@ -10,24 +10,28 @@ namespace {
 using Radiosity = std::array<Spectrum, kMaxCoefficients>;
 
 // B = M + ρE of an element, coefficient by coefficient.
-Radiosity radiosity_of(const PatchView& patch, std::size_t element) {
+Radiosity radiosity_of(const PatchView& patch, std::size_t element, const Spectrum& pending) {
   Radiosity b;
   const std::span<const double> e = patch.e_of(element);
   for (int i = 0; i < patch.k(); ++i)
     b[i] = patch.head->reflectance * Spectrum{e[3 * i], e[3 * i + 1], e[3 * i + 2]};
-  b[0] += patch.head->exitance;
+  b[0] += patch.head->exitance + patch.head->reflectance * pending;
   return b;
 }
 
 }  // namespace
 
-void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& source, int order,
-            std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean) {
+void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& source,
+            std::span<const Spectrum> pending, int order, std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean) {
+  const auto radiosity = [&](std::uint32_t patch, std::uint32_t element) {
+    return radiosity_of(source.patch(patch), element,
+                        pending.empty() ? Spectrum{0} : pending[patch]);
+  };
   const int k = coefficient_count(order);
   const std::size_t stride = std::size_t(k) * kGatherChannels;
   const float* coupling = braid.couplings.data() + std::size_t(strand.first_link) * k * k;
   for (const LinkHead& link : std::span(braid.links).subspan(strand.first_link, strand.links)) {
-    const Radiosity b = radiosity_of(source.patch(link.source_patch), link.source);
+    const Radiosity b = radiosity(link.source_patch, link.source);
     double* g = &slots.g[link.receiver * stride];
     mean.form_factors += coupling[0] * receiver[link.receiver].area;
     for (int i = 0; i < k; ++i, g += kGatherChannels) {
@@ -40,14 +44,14 @@ void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& 
     coupling += k * k;
   }
   for (const ThinLink& link : std::span(braid.thin).subspan(strand.first_thin, strand.thin)) {
-    const Radiosity b = radiosity_of(source.patch(link.ends.source_patch), link.ends.source);
+    const Radiosity b = radiosity(link.ends.source_patch, link.ends.source);
     double* g = &slots.g[link.ends.receiver * stride];
     mean.form_factors += link.coupling * receiver[link.ends.receiver].area;
     g[kRowSum] += link.coupling;
     for (int c = 0; c < kChannels; ++c) g[c] += double(link.coupling) * b[0][c];
   }
   for (const Doubt& doubt : std::span(braid.doubts).subspan(strand.first_doubt, strand.doubts)) {
-    const Spectrum b = radiosity_of(source.patch(doubt.source_patch), 0)[0];
+    const Spectrum b = radiosity(doubt.source_patch, 0)[0];
     const double bright = luminance(b);
     mean.light += double(doubt.weight) * (bright > cap ? b * (cap / bright) : b);
     mean.weight += doubt.weight;

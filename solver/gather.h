@@ -16,8 +16,9 @@ struct RowMean {
 };
 
 // Adds one strand's transfers from `source` to the slots of its receiving patch.
+// pending: lx, by the source's patches: added to their E as it is read. Empty: nothing is.
 // cap: lm/m², luminance above which a source does not count in full in `mean`.
-void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& source, int order,
-            std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean);
+void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& source,
+            std::span<const Spectrum> pending, int order, std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean);
 
 }  // namespace atrium

@@ -57,11 +57,19 @@ void PushPullSums::add(const PushPullSums& s) {
   change2 += s.change2;
   change += s.change;
   flux_in += s.flux_in;
+  light += s.light;
+  gained += s.gained;
   area += s.area;
   absorbed += s.absorbed;
   reflected += s.reflected;
   emitted += s.emitted;
   escaped += s.escaped;
+}
+
+void add_everywhere(PatchTree& tree, const Spectrum& e) {
+  const std::size_t stride = std::size_t(tree.view().k()) * kChannels;
+  for (std::size_t at = 0; at < tree.e.size(); at += stride)
+    for (int c = 0; c < kChannels; ++c) tree.e[at + c] += e[c];
 }
 
 void hand_down(PatchTree& tree, std::int32_t parent, std::int32_t child) {
@@ -137,6 +145,8 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
       if (a == 0) sums.change += x.area * std::abs(luminance(rho * (now - was)));
     }
     const Spectrum mean{e[0], e[1], e[2]};
+    sums.light += x.area * mean;
+    sums.gained += x.area * (mean - Spectrum{old[0], old[1], old[2]});
     sums.flux_in += x.area * luminance(mean);
     sums.area += x.area;
     sums.absorbed += x.area * (Spectrum{1} - rho) * mean;

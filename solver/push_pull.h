@@ -45,6 +45,8 @@ struct PushPullSums {
   double change = 0;     // ∫ |ΔB| dA, of leaf means
   double flux_in = 0;   // ∫ E dA, luminance, lm
   double area = 0;      // m²
+  Spectrum light{0};     // ∫ E dA, lm
+  Spectrum gained{0};    // ∫ ΔE dA, lm
   Spectrum absorbed{0};  // ∫ (1-ρ) E dA
   Spectrum reflected{0};  // ∫ ρ E dA
   Spectrum emitted{0};    // ∫ M dA
@@ -54,6 +56,9 @@ struct PushPullSums {
 
 // Replaces the tree's E by what was gathered; `slots` is consumed.
 PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing);
+
+// Adds the same E, lx, to all elements.
+void add_everywhere(PatchTree& tree, const Spectrum& e);
 
 // Sets a child's E to its parent's polynomial, expressed in the child's basis.
 void hand_down(PatchTree& tree, std::int32_t parent, std::int32_t child);

@@ -1,0 +1,114 @@
+// Equilibrium: the slow modes of the iteration, taken out by a coarse system. Light that goes round
+// and round between white walls changes little from sweep to sweep and takes hundreds of them; seen
+// from far it is one number a wall, and those have an equilibrium that can be solved for at once.
+//
+// Units are the patches that make up much of their cluster, and the rest of each cluster in one.
+// The matrix K holds for each pair of units what the links of this level, and the closing of their
+// rows, make of a unit's mean irradiance in another's (a Galerkin product over functions constant
+// on units). After a sweep the residual is what sources that came later have changed, carried by K;
+// (I - K) x = residual gives what is still to come, and x is pending: it is added to a unit's E
+// where it is read, and becomes part of what is stored when the unit's cluster is gathered to. So
+// the fixed point is that of the plain iteration, and the records are not passed over once more.
+//
+// Residual form, a matrix that stays: corrections from fluxes measured during a sweep oscillate
+// where paint is white. [facts/radiosity.md, stiffness]
+//
+// Not thread safe, apart from reading what is pending.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/cluster_record.h"
+#include "engine/model.h"
+#include "engine/status.h"
+#include "solver/link.h"
+#include "solver/push_pull.h"
+
+namespace atrium {
+
+// What K holds of one receiving unit.
+struct CoarseEntry {
+  std::uint32_t unit = 0;  // the source
+  std::array<float, kChannels> share{};  // of the source's mean E, in the receiver's
+  std::array<float, kChannels> doubt{};  // m², of the form factor, × the source's reflectance
+};
+
+class Equilibrium;
+
+// Sums the rows of K of one receiver while its links are made, source by source.
+class CoarseRows {
+ public:
+  CoarseRows(const Equilibrium& equilibrium, ClusterId receiver);
+  // The braid's sources come in ascending order.
+  void add(const Braid& braid, const ClusterView& source, std::span<const PatchTree> receiver);
+  // How a patch's row is closed: after all sources.
+  void close(std::size_t patch, const PatchTree& tree, const Closing& closing);
+
+ private:
+  friend class Equilibrium;
+  const Equilibrium& equilibrium_;
+  ClusterId receiver_;
+  std::uint32_t first_ = 0;                     // of the receiver's units
+  std::vector<std::vector<CoarseEntry>> rows_;  // by unit; shares in m², not closed
+  std::vector<double> doubt_;                   // m², by unit, of all sources
+  std::vector<double> linked_, missing_, too_much_;  // m², by unit, Σ form factor × area
+};
+
+class Equilibrium {
+ public:
+  Equilibrium(const Model& model, std::span<const ClusterId> order);
+
+  std::size_t units() const { return area_.size(); }
+  // lx, by local patch: to be added to E where it is read.
+  std::vector<Spectrum> pending(ClusterId cluster) const;
+  // By local patch.
+  std::span<const std::uint32_t> units_of(ClusterId cluster) const;
+
+  // Where its links were made anew.
+  void set_rows(const CoarseRows& rows);
+  void set_row(std::uint32_t unit, std::vector<CoarseEntry> row) { k_[unit] = std::move(row); }
+  // A complete gather to a cluster: nothing is pending of it any more.
+  // gained, light: by local patch, ∫ ΔE dA and ∫ E dA, lm.
+  void gathered(ClusterId receiver, std::span<const Spectrum> gained,
+                std::span<const Spectrum> light);
+
+  // After a complete sweep, which changed so much: what is still to come, as far as units tell.
+  void correct(double change);
+  // Links are made anew: what was learnt of the iteration with the old ones does not hold.
+  void forget();
+
+  std::size_t bytes() const;
+
+  // All of it that is not a function of model and order, for a checkpoint; and back.
+  std::vector<std::byte> saved() const;
+  // kStore: the record is not of as many units, or shorter or longer than it says.
+  Status restore(std::span<const std::byte> record);
+
+ private:
+  friend class CoarseRows;
+  void solve_channel(int channel, std::span<const Spectrum> residual, std::span<Spectrum> x) const;
+  void accelerate(int channel, std::span<Spectrum> next) const;
+
+  std::vector<std::uint32_t> unit_of_patch_;   // by PatchId
+  std::vector<std::uint32_t> first_patch_;     // by cluster, one more at the end
+  std::vector<std::uint32_t> first_unit_;      // by cluster, one more at the end
+  std::vector<std::uint32_t> rank_;            // by unit: its cluster's place in the order
+  std::vector<double> area_;                   // m², by unit
+  std::vector<std::vector<CoarseEntry>> k_;    // rows by unit, ascending
+  std::vector<Spectrum> mean_;                 // lx, E as stored, by unit
+  std::vector<Spectrum> change_;               // lx, of this sweep, by unit
+  // Of the last sweeps, newest last: from where they began and to where sweep and correction led.
+  struct Step {
+    std::vector<Spectrum> from, by;  // lx, by unit
+  };
+  std::vector<Step> steps_;
+  double reach_ = 1000;     // bounces that a correction looks ahead
+  double last_change_ = 0;  // of this level; 0: none yet
+  std::vector<Spectrum> pending_;              // lx, by unit
+};
+
+}  // namespace atrium
