@@ -7,13 +7,13 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <optional>
 
+#include "engine/stopwatch.h"
 #include "scheduler/first_records.h"
 #include "scheduler/gather_cluster.h"
 #include "scheduler/history.h"
@@ -45,11 +45,6 @@ constexpr std::uint32_t kStalledSweeps = 30, kNoisySweeps = 6;
 constexpr double kNoisyProgress = 0.9;
 // Sources brighter than this many times the mean are lamps: they do not stand for their room.
 constexpr double kLampOfMean = 8;
-
-double now() {
-  using namespace std::chrono;
-  return duration<double>(steady_clock::now().time_since_epoch()).count();
-}
 
 double cpu_now() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
