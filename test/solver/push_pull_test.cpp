@@ -6,6 +6,7 @@
 
 #include <array>
 
+#include "engine/squared.h"
 #include "test/solver/shapes.h"
 #include "test/solver/trees.h"
 
@@ -23,8 +24,6 @@ void randomize(std::vector<double>& values, std::mt19937& dice) {
   std::uniform_real_distribution<double> number(-1, 1);
   for (double& v : values) v = number(dice);
 }
-
-double squared(double x) { return x * x; }
 
 // A shape of aspect a has basis functions that grow with a outside a few digits of it.
 double rounding(const Shape& s) { return 1e-12 + 1e-15 * s.aspect * s.aspect; }
