@@ -86,9 +86,7 @@ class Builder {
  private:
   std::vector<CellFace> outer_box(const Scene& scene) const {
     const Frame& f = bsp_.frame;
-    Box box;
-    for (const Vec3& x : scene.vertices)
-      box.extend({dot(x - f.origin, f.u), dot(x - f.origin, f.v), dot(x - f.origin, f.n)});
+    Box box = bounds(scene.vertices, f);
     box.lo -= Vec3{kMargin * diagonal_};
     box.hi += Vec3{kMargin * diagonal_};
     std::vector<CellFace> faces;
@@ -113,8 +111,7 @@ class Builder {
       x[k] = upper ? box.hi[k] : box.lo[k];
       x[i] = corner == 1 || corner == 2 ? box.hi[i] : box.lo[i];
       x[j] = corner >= 2 ? box.hi[j] : box.lo[j];
-      const Frame& f = bsp_.frame;
-      out.push_back(f.origin + x.x * f.u + x.y * f.v + x.z * f.n);
+      out.push_back(bsp_.frame.to_space(x));
     }
     return out;
   }

@@ -41,16 +41,11 @@ bool clear_of_surfaces(const Scene& scene, const BoxTree& tree, const Vec3& x, d
 bool holds_standing(const Scene& scene, const BoxTree& tree, const Frame& frame,
                     const ConvexCell& cell) {
   Box box;
-  for (const CellFace& face : cell.faces)
-    for (const Vec3& x : face.polygon) {
-      const Vec3 d = x - frame.origin;
-      box.extend({dot(d, frame.u), dot(d, frame.v), dot(d, frame.n)});
-    }
+  for (const CellFace& face : cell.faces) box.extend(bounds(face.polygon, frame));
   const Vec3 step = box.extent() / double(kPlaces);
   for (int i = 0; i < kPlaces * kPlaces * kPlaces; ++i) {
     const Vec3 place{i % kPlaces + 0.5, i / kPlaces % kPlaces + 0.5, i / kPlaces / kPlaces + 0.5};
-    const Vec3 p = box.lo + place * step;
-    const Vec3 x = frame.origin + p.x * frame.u + p.y * frame.v + p.z * frame.n;
+    const Vec3 x = frame.to_space(box.lo + place * step);
     const bool inside = std::all_of(cell.faces.begin(), cell.faces.end(),
                                     [&](const CellFace& f) { return f.plane.distance(x) >= 0; });
     if (inside && clear_of_surfaces(scene, tree, x, 0.5 * kStanding)) return true;

@@ -107,7 +107,7 @@ std::vector<Vec3> corners_of(const Frame& frame, const Box& box, double toleranc
       again |= upper && box.hi[k] - box.lo[k] <= tolerance;
       x[k] = upper ? box.hi[k] : box.lo[k];
     }
-    if (!again) corners.push_back(frame.origin + x.x * frame.u + x.y * frame.v + x.z * frame.n);
+    if (!again) corners.push_back(frame.to_space(x));
   }
   return corners;
 }
