@@ -8,16 +8,10 @@ namespace atrium {
 
 namespace {
 
-using Rows32 = std::vector<std::vector<std::uint32_t>>;
-
 // A row a cell: those that portals wider than `size` join it to, sorted. Narrower ones may be gaps.
 Rows32 neighbours(std::size_t cells, const std::vector<CellPortal>& portals, double size) {
-  Rows32 rows(cells);
-  for (const CellPortal& p : portals) {
-    if (strip_width(p.polygon) <= size) continue;
-    rows[p.front].push_back(p.back);
-    rows[p.back].push_back(p.front);
-  }
+  Rows32 rows = cells_beside(cells, portals,
+                             [&](std::size_t i) { return strip_width(portals[i].polygon) > size; });
   for (auto& row : rows) {
     std::ranges::sort(row);
     row.erase(std::unique(row.begin(), row.end()), row.end());
