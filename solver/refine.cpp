@@ -346,10 +346,10 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
   full_link(receiver, site, source, sight, by_ray);
 }
 
-// Rays where the answer is unsure. Of a transfer so heavy that what sixteen rays leave open may be too
-// much, what few blockers leave is measured
-// and needs none; past many it takes sixteen, and sixteen more where they agree. One that weighs
-// little takes sixteen past any: they cost less than measuring.
+// Rays where the answer is unsure. Of a transfer so heavy that what sixteen rays leave open may be
+// too much, what few blockers leave is measured and needs none; past many it takes sixteen, and
+// sixteen more where they agree. One that weighs little takes sixteen past any: they cost less than
+// measuring.
 Refiner::Sight Refiner::see(std::int32_t receiver, const Site& site, const Source& source,
                             const Kernel& open, const Tube& tube) {
   const double transfer = source.radiosity * open.mean;
