@@ -3,7 +3,6 @@
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 
-#include <chrono>
 #include <iomanip>
 #include <iostream>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "apps/command.h"
 #include "apps/report_json.h"
 #include "apps/validation.h"
+#include "engine/stopwatch.h"
 #include "visibility/partition.h"
 #include "visibility/soundness.h"
 
@@ -27,16 +27,6 @@ struct ValidateOptions {
   ImportOptions scene;
   PartitionOptions partition;
   SoundnessOptions soundness;
-};
-
-class Stopwatch {
- public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 ValidationCase none_of(std::string name, std::uint64_t found) {

@@ -1,13 +1,14 @@
 #include <sstream>
 
 #include "apps/command.h"
+#include "scheduler/history.h"
 
 namespace atrium {
 
 std::string version_text() {
   std::ostringstream out;
-  out << "atrium " << ATRIUM_VERSION << "\nbuild: " << ATRIUM_BUILD
-      << "\nlibraries: " << ATRIUM_LIBRARIES << '\n';
+  out << program_version() << "\nbuild: " << ATRIUM_BUILD << "\nlibraries: " << ATRIUM_LIBRARIES
+      << '\n';
   return out.str();
 }
 

@@ -5,12 +5,12 @@
 //
 // Prints a table in Markdown, ratios to LRU's own simulation beside the rates.
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <limits>
 
+#include "engine/stopwatch.h"
 #include "pagestore/curve.h"
 #include "pagestore/policy.h"
 #include "pagestore/simulate.h"
@@ -25,10 +25,9 @@ constexpr std::uint64_t kArena = std::uint64_t{128} << 20;
 double best_seconds(int rounds, const std::function<void()>& run) {
   double best = std::numeric_limits<double>::infinity();
   for (int i = 0; i < rounds; ++i) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     run();
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-    best = std::min(best, took.count());
+    best = std::min(best, watch.seconds());
   }
   return best;
 }

@@ -10,7 +10,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -18,6 +17,7 @@
 #include <numeric>
 
 #include "bench/contender.h"
+#include "engine/stopwatch.h"
 
 namespace atrium {
 
@@ -31,16 +31,6 @@ constexpr std::size_t kMadeBetweenCommits = std::size_t{256} << 20;  // bytes
 constexpr RecordIndex kRewritten = 2'500;
 constexpr std::uint64_t kPasses = 10;
 constexpr double kSizeAtFirst = .6;
-
-class Stopwatch {
- public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 // A line "name: number" of /proc/self/io: bytes that went to or came from the device.
 double device_bytes(const std::string& name) {

@@ -31,9 +31,9 @@ bool Box::contains(const Vec3& x, double margin) const {
   return true;
 }
 
-Box bounds(PolygonView polygon) {
+Box bounds(PolygonView points) {
   Box box;
-  for (const Vec3& x : polygon) box.extend(x);
+  for (const Vec3& x : points) box.extend(x);
   return box;
 }
 
@@ -173,6 +173,12 @@ Frame frame_of(PolygonView polygon) {
   f.u = length(u) > 0 ? normalize(u) : Vec3{1, 0, 0};
   f.v = cross(f.n, f.u);
   return f;
+}
+
+Box bounds(PolygonView points, const Frame& frame) {
+  Box box;
+  for (const Vec3& x : points) box.extend(frame.to_frame(x));
+  return box;
 }
 
 Vec3 cosine_direction(const Frame& f, int i, int count) {

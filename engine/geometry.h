@@ -34,13 +34,13 @@ struct Box {
 using Polygon = std::vector<Vec3>;
 using PolygonView = std::span<const Vec3>;
 
-Box bounds(PolygonView polygon);
+Box bounds(PolygonView points);
 
 // Newell's normal, its length twice the area; right for any simple polygon.
 Vec3 area_vector(PolygonView polygon);
-double area(PolygonView polygon);    // m²
-Vec3 centroid(PolygonView polygon);  // of the area, planar polygons
-Plane plane_of(PolygonView polygon); // through the vertices' mean; normal zero if the area is
+double area(PolygonView polygon);     // m²
+Vec3 centroid(PolygonView polygon);   // of the area, planar polygons
+Plane plane_of(PolygonView polygon);  // through the vertices' mean; normal zero if the area is
 
 // The largest distance of a vertex from plane_of(polygon).
 double planarity(PolygonView polygon);
@@ -63,17 +63,24 @@ double distance_to(PolygonView polygon, const Vec3& x);
 // Is the polygon convex, going by its own normal, up to `tolerance` metres of dent?
 bool is_convex(PolygonView polygon, double tolerance);
 
-// An orthonormal frame of a plane: u along the polygon's longest edge, n its normal.
+// An orthonormal frame: of a plane, that u and v lie in, or of space.
 struct Frame {
   Vec3 origin{0};
   Vec3 u{1, 0, 0}, v{0, 1, 0}, n{0, 0, 1};
   Vec3 to_space(const Vec2& p) const { return origin + p.x * u + p.y * v; }
+  Vec3 to_space(const Vec3& p) const { return origin + p.x * u + p.y * v + p.z * n; }
   Vec2 to_plane(const Vec3& x) const { return {dot(x - origin, u), dot(x - origin, v)}; }
+  Vec3 to_frame(const Vec3& x) const {
+    return {dot(x - origin, u), dot(x - origin, v), dot(x - origin, n)};
+  }
 };
-Frame frame_of(PolygonView polygon);
+Frame frame_of(PolygonView polygon);  // u along its longest edge, n its normal
 
-// Direction i of a cosine-weighted bundle about the frame's normal, unit length: a Fibonacci spiral over
-// the disc, lifted. [Malley]
+// The box around points in the frame's own coordinates.
+Box bounds(PolygonView points, const Frame& frame);
+
+// Direction i of a cosine-weighted bundle about the frame's normal, unit length: a Fibonacci spiral
+// over the disc, lifted. [Malley]
 Vec3 cosine_direction(const Frame& frame, int i, int count);
 
 }  // namespace atrium

@@ -4,19 +4,14 @@
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
 #include <optional>
 
+#include "engine/stopwatch.h"
 #include "solver/form_factor.h"
 
 namespace atrium {
 
 namespace {
-
-double now() {
-  using namespace std::chrono;
-  return duration<double>(steady_clock::now().time_since_epoch()).count();
-}
 
 // R as installed into the working set.
 struct Receiver {

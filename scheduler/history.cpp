@@ -52,7 +52,7 @@ Json visibility_json(const RefineCounters& c) {
 
 }  // namespace
 
-std::string program_version() { return "atrium 0.1.0"; }
+std::string program_version() { return "atrium " ATRIUM_VERSION; }
 
 std::string history_json(const HistoryLine& h) {
   Json j;

@@ -7,13 +7,13 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
 #include <optional>
 
+#include "engine/stopwatch.h"
 #include "scheduler/first_records.h"
 #include "scheduler/gather_cluster.h"
 #include "scheduler/history.h"
@@ -31,25 +31,20 @@ std::atomic<bool> stop_flag{false}, checkpoint_flag{false};
 // Refinement goes from coarse to fine: each level's link threshold is this many times the last's,
 // so that brightness is known roughly before it decides what is worth refining.
 constexpr std::array<double, 3> kLevels{16, 4, 1};
-// Link threshold of the last level ÷ error asked for: found on the scenes with references, so that what
-// is asked for is about what the truth says.
+// Link threshold of the last level ÷ error asked for: found on the scenes with references, so that
+// what is asked for is about what the truth says.
 constexpr double kThresholdOfError = 0.005;
 // A level ends when the light still to come is below this share of all: coarse ones, and for the
 // last relative to the error asked for.
 constexpr double kCoarseRest = 0.01;
 constexpr double kFineRestOfError = 1.0 / 50;
-// So many sweeps in a row without progress, and none is to be expected. Links that are made anew each
-// time are not quite the same each time: where there are such, the change stays at their noise, and
-// progress is a change that falls by a tenth.
+// So many sweeps in a row without progress, and none is to be expected. Links that are made anew
+// each time are not quite the same each time: where there are such, the change stays at their
+// noise, and progress is a change that falls by a tenth.
 constexpr std::uint32_t kStalledSweeps = 30, kNoisySweeps = 6;
 constexpr double kNoisyProgress = 0.9;
 // Sources brighter than this many times the mean are lamps: they do not stand for their room.
 constexpr double kLampOfMean = 8;
-
-double now() {
-  using namespace std::chrono;
-  return duration<double>(steady_clock::now().time_since_epoch()).count();
-}
 
 double cpu_now() { return double(std::clock()) / CLOCKS_PER_SEC; }
 
@@ -285,8 +280,8 @@ bool Scheduler::limits_reached() {
   return stop_ != Stop::kNone;
 }
 
-// The requests of the gathers to come, this iteration's and the next one's: R, then the sources that
-// it reads.
+// The requests of the gathers to come, this iteration's and the next one's: R, then the sources
+// that it reads.
 void Scheduler::foresee_more() {
   std::vector<RecordId> requests;
   const std::size_t n = order_.size();

@@ -71,7 +71,8 @@ Result<const RayWorld*> RayWorlds::of(ClusterId receiver) {
       return static_cast<const RayWorld*>(kept_[0].world.get());
     }
   if (kept_.size() == kKept) kept_.pop_back();
-  Result<std::unique_ptr<RayWorld>> world = RayWorld::build(store_, seen_from_room_[room], model_.tolerance, use_);
+  Result<std::unique_ptr<RayWorld>> world =
+      RayWorld::build(store_, seen_from_room_[room], model_.tolerance, use_);
   if (!world.ok()) return world.status();
   kept_.insert(kept_.begin(), {room, std::move(world).value()});
   return static_cast<const RayWorld*>(kept_[0].world.get());

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/squared.h"
 #include "solver/basis.h"
 
 namespace atrium {
@@ -27,8 +28,6 @@ TwoScale two_scale(const PatchView& v, const Element& parent, std::size_t pi, co
   }
   return h;
 }
-
-double squared(double x) { return x * x; }
 
 void close_row(std::span<double> g, const Closing& closing) {
   if (closing.how == Closing::How::kOpen) return;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/squared.h"
 #include "solver/element_tree.h"
 
 namespace atrium {
@@ -54,8 +55,6 @@ constexpr double kThinDoubt = 2.0 / 9;
 constexpr double kLeastDoubt = 1e-4;
 // What nodes alone leave open of a form factor, relative to it.
 constexpr double kUnsureShape = 0.01;
-
-double squared(double x) { return x * x; }
 
 // All of the polygon behind the plane through x with normal n, or on it?
 bool behind(std::span<const Vec3> polygon, const Vec3& x, const Vec3& n, double tolerance) {
@@ -346,10 +345,10 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
   full_link(receiver, site, source, sight, by_ray);
 }
 
-// Rays where the answer is unsure. Of a transfer so heavy that what sixteen rays leave open may be too
-// much, what few blockers leave is measured
-// and needs none; past many it takes sixteen, and sixteen more where they agree. One that weighs
-// little takes sixteen past any: they cost less than measuring.
+// Rays where the answer is unsure. Of a transfer so heavy that what sixteen rays leave open may be
+// too much, what few blockers leave is measured and needs none; past many it takes sixteen, and
+// sixteen more where they agree. One that weighs little takes sixteen past any: they cost less than
+// measuring.
 Refiner::Sight Refiner::see(std::int32_t receiver, const Site& site, const Source& source,
                             const Kernel& open, const Tube& tube) {
   const double transfer = source.radiosity * open.mean;

@@ -49,9 +49,9 @@ class Refiner {
   Refiner(const RefineSettings& settings, const Surroundings& around)
       : settings_(settings), around_(around) {}
 
-  // 3(d) Install( links in Braid(R, S, T) ) for one patch of R: top-level links between visible patch
-  // pairs, refined on the spot. Splits leaves of `receiver`. The thin ones may still wait for a full
-  // packet of rays: `out` is complete after flush(). [THFH94 §5.1]
+  // 3(d) Install( links in Braid(R, S, T) ) for one patch of R: top-level links between visible
+  // patch pairs, refined on the spot. Splits leaves of `receiver`. The thin ones may still wait for
+  // a full packet of rays: `out` is complete after flush(). [THFH94 §5.1]
   void link(PatchTree& receiver, const SourceRoots& source, LinkSet& out);
   void flush();
 

@@ -86,9 +86,7 @@ class Builder {
  private:
   std::vector<CellFace> outer_box(const Scene& scene) const {
     const Frame& f = bsp_.frame;
-    Box box;
-    for (const Vec3& x : scene.vertices)
-      box.extend({dot(x - f.origin, f.u), dot(x - f.origin, f.v), dot(x - f.origin, f.n)});
+    Box box = bounds(scene.vertices, f);
     box.lo -= Vec3{kMargin * diagonal_};
     box.hi += Vec3{kMargin * diagonal_};
     std::vector<CellFace> faces;
@@ -113,24 +111,23 @@ class Builder {
       x[k] = upper ? box.hi[k] : box.lo[k];
       x[i] = corner == 1 || corner == 2 ? box.hi[i] : box.lo[i];
       x[j] = corner >= 2 ? box.hi[j] : box.lo[j];
-      const Frame& f = bsp_.frame;
-      out.push_back(f.origin + x.x * f.u + x.y * f.v + x.z * f.n);
+      out.push_back(bsp_.frame.to_space(x));
     }
     return out;
   }
 
-  // The plane's cut through the cell: a square larger than the scene, clipped by the cell's faces.
-  Polygon section(const CandidatePlane& candidate, const std::vector<CellFace>& faces) const {
-    const Frame& f = candidate.frame;
-    const Vec3 middle = center_ - candidate.plane.distance(center_) * candidate.plane.normal;
+  // The plane's frame where it is nearest to the scene's middle.
+  Frame middle_of(const CandidatePlane& candidate) const {
+    Frame frame = candidate.frame;
+    frame.origin = center_ - candidate.plane.distance(center_) * candidate.plane.normal;
+    return frame;
+  }
+
+  // From a square larger than the scene.
+  Polygon section_of(const CandidatePlane& candidate, const std::vector<CellFace>& faces) const {
+    const Frame f = middle_of(candidate);
     const double r = 2 * diagonal_;
-    Polygon polygon{middle - r * f.u - r * f.v, middle + r * f.u - r * f.v,
-                    middle + r * f.u + r * f.v, middle - r * f.u + r * f.v};
-    for (const CellFace& face : faces) {
-      polygon = clip(polygon, face.plane, bsp_.tolerance);
-      if (polygon.empty()) break;
-    }
-    return polygon;
+    return section(faces, f.origin, r * f.u, r * f.v, bsp_.tolerance);
   }
 
   static constexpr std::uint32_t kNoPlane = ~0u;
@@ -154,7 +151,7 @@ class Builder {
       const double covered = std::max(tally_[p].along, tally_[p].against);
       tally_[p] = {};
       if (covered < min_area_ && !is_gap) continue;
-      Polygon cut = section(planes_[p], faces);
+      Polygon cut = section_of(planes_[p], faces);
       const double thin = cut.empty() ? 0 : strip_width(cut);
       if (thin < kSliverTolerances * bsp_.tolerance) continue;
       const double coverage = std::min(1.0, covered / area(cut));
@@ -187,7 +184,7 @@ class Builder {
     double most = reveal_area_;
     for (const Fragment& f : fragments) {
       if (!(f.area > most * (1 + kSameScore)) || !borders_a_hole(f.polygon, faces)) continue;
-      Polygon cut = section(planes_[f.plane], faces);
+      Polygon cut = section_of(planes_[f.plane], faces);
       if (cut.empty() || strip_width(cut) < kSliverTolerances * bsp_.tolerance) continue;
       most = f.area;
       best = {f.plane, std::move(cut)};
@@ -228,10 +225,7 @@ class Builder {
       choice = choose_reveal(fragments, faces);
       at_reveal = true;
     }
-    if (choice.plane == kNoPlane) {
-      bsp_.cells.push_back({std::move(faces)});
-      return BspRef::cell(bsp_.cells.size() - 1);
-    }
+    if (choice.plane == kNoPlane) return add_cell(std::move(faces));
     const std::size_t index = bsp_.nodes.size();
     const CandidatePlane& candidate = planes_[choice.plane];
     bsp_.nodes.push_back({candidate.plane, {}, {}, std::move(choice.section), {}, false, {}});
@@ -275,9 +269,8 @@ class Builder {
         add(std::move(parts.back), back);
       }
     }
-    Frame frame = candidate.frame;
-    frame.origin = center_ - candidate.plane.distance(center_) * candidate.plane.normal;
-    return union_of({frame, kGridOfTolerance * tolerance}, in_plane, kSliverTolerances * tolerance);
+    return union_of({middle_of(candidate), kGridOfTolerance * tolerance}, in_plane,
+                    kSliverTolerances * tolerance);
   }
 
   void cut_cell(std::vector<CellFace> faces, std::size_t index, std::vector<CellFace>& front,
@@ -305,6 +298,16 @@ class Builder {
 };
 
 }  // namespace
+
+Polygon section(const std::vector<CellFace>& faces, const Vec3& middle, const Vec3& u,
+                const Vec3& v, double tolerance) {
+  Polygon cut{middle - u - v, middle + u - v, middle + u + v, middle - u + v};
+  for (const CellFace& face : faces) {
+    cut = clip(cut, face.plane, tolerance);
+    if (cut.empty()) break;
+  }
+  return cut;
+}
 
 Bsp build_bsp(const Scene& scene, double gap) {
   Bsp bsp;

@@ -76,6 +76,11 @@ struct CellJoint {
 Bsp prune(const Bsp& bsp, std::span<const CellJoint> joints, const std::vector<bool>& lit,
           std::span<const std::uint32_t> rooms);
 
+// A plane's cut through the cell that the faces bound: the square about `middle` with the half
+// sides u and v in the plane, as large as the cell at least, clipped by the faces. May be empty.
+Polygon section(const std::vector<CellFace>& faces, const Vec3& middle, const Vec3& u,
+                const Vec3& v, double tolerance);
+
 // What of a polygon one cell has.
 struct CellPiece {
   std::uint32_t cell = 0;

@@ -8,16 +8,10 @@ namespace atrium {
 
 namespace {
 
-using Rows32 = std::vector<std::vector<std::uint32_t>>;
-
 // A row a cell: those that portals wider than `size` join it to, sorted. Narrower ones may be gaps.
 Rows32 neighbours(std::size_t cells, const std::vector<CellPortal>& portals, double size) {
-  Rows32 rows(cells);
-  for (const CellPortal& p : portals) {
-    if (strip_width(p.polygon) <= size) continue;
-    rows[p.front].push_back(p.back);
-    rows[p.back].push_back(p.front);
-  }
+  Rows32 rows = cells_beside(cells, portals,
+                             [&](std::size_t i) { return strip_width(portals[i].polygon) > size; });
   for (auto& row : rows) {
     std::ranges::sort(row);
     row.erase(std::unique(row.begin(), row.end()), row.end());
@@ -26,19 +20,13 @@ Rows32 neighbours(std::size_t cells, const std::vector<CellPortal>& portals, dou
 }
 
 // The cut of the polygon's plane through the cell.
-Polygon section(const Bsp& bsp, std::uint32_t cell, PolygonView polygon) {
+Polygon section_of(const Bsp& bsp, std::uint32_t cell, PolygonView polygon) {
   const std::vector<CellFace>& faces = bsp.cells[cell].faces;
   Box box;
   for (const CellFace& face : faces) box.extend(bounds(face.polygon));
   const Frame f = frame_of(polygon);
   const Vec3 middle = box.center() - dot(box.center() - f.origin, f.n) * f.n;
-  const Vec3 u = box.diagonal() * f.u, v = box.diagonal() * f.v;
-  Polygon cut{middle - u - v, middle + u - v, middle + u + v, middle - u + v};
-  for (const CellFace& face : faces) {
-    cut = clip(cut, face.plane, bsp.tolerance);
-    if (cut.empty()) break;
-  }
-  return cut;
+  return section(faces, middle, box.diagonal() * f.u, box.diagonal() * f.v, bsp.tolerance);
 }
 
 // A plane that splits the space between two others ends where they do, and its portal there is a
@@ -61,7 +49,7 @@ class Beyond {
 
  private:
   bool goes_on_in(std::uint32_t cell, const CellPortal& strip) const {
-    Polygon cut = section(bsp_, cell, strip.polygon);
+    Polygon cut = section_of(bsp_, cell, strip.polygon);
     if (cut.empty() || strip_width(cut) <= size_) return false;
     return one_opening(strip, {strip.node, cell, cell, std::move(cut), 0}, joints_,
                        kSliverTolerances * bsp_.tolerance);

@@ -27,8 +27,6 @@ constexpr int kPlaces = 4;
 // further.
 constexpr std::uint32_t kFurtherCells = 2;
 
-using Rows32 = std::vector<std::vector<std::uint32_t>>;
-
 bool clear_of_surfaces(const Scene& scene, const BoxTree& tree, const Vec3& x, double radius) {
   bool clear = true;
   tree.visit({x - Vec3{radius}, x + Vec3{radius}}, [&](std::uint32_t i) {
@@ -41,16 +39,11 @@ bool clear_of_surfaces(const Scene& scene, const BoxTree& tree, const Vec3& x, d
 bool holds_standing(const Scene& scene, const BoxTree& tree, const Frame& frame,
                     const ConvexCell& cell) {
   Box box;
-  for (const CellFace& face : cell.faces)
-    for (const Vec3& x : face.polygon) {
-      const Vec3 d = x - frame.origin;
-      box.extend({dot(d, frame.u), dot(d, frame.v), dot(d, frame.n)});
-    }
+  for (const CellFace& face : cell.faces) box.extend(bounds(face.polygon, frame));
   const Vec3 step = box.extent() / double(kPlaces);
   for (int i = 0; i < kPlaces * kPlaces * kPlaces; ++i) {
     const Vec3 place{i % kPlaces + 0.5, i / kPlaces % kPlaces + 0.5, i / kPlaces / kPlaces + 0.5};
-    const Vec3 p = box.lo + place * step;
-    const Vec3 x = frame.origin + p.x * frame.u + p.y * frame.v + p.z * frame.n;
+    const Vec3 x = frame.to_space(box.lo + place * step);
     const bool inside = std::all_of(cell.faces.begin(), cell.faces.end(),
                                     [&](const CellFace& f) { return f.plane.distance(x) >= 0; });
     if (inside && clear_of_surfaces(scene, tree, x, 0.5 * kStanding)) return true;
@@ -118,12 +111,10 @@ void number_rooms(const Scene& scene, RoomPlan& plan) {
 class Belongings {
  public:
   Belongings(const RoomPlan& plan, const std::vector<bool>& wide)
-      : plan_(plan), beside_(plan.bsp.cells.size()), rows_(plan.bsp.cells.size()) {
-    for (std::size_t i = 0; i < plan.portals.size(); ++i) {
-      if (!wide[i]) continue;
-      beside_[plan.portals[i].front].push_back(plan.portals[i].back);
-      beside_[plan.portals[i].back].push_back(plan.portals[i].front);
-    }
+      : plan_(plan),
+        beside_(cells_beside(plan.bsp.cells.size(), plan.portals,
+                             [&](std::size_t i) { return wide[i]; })),
+        rows_(plan.bsp.cells.size()) {
     std::map<std::uint32_t, std::vector<std::uint32_t>> cells_of;
     std::vector<std::uint32_t> all;
     for (std::uint32_t c = 0; c < rows_.size(); ++c) {
@@ -171,7 +162,7 @@ class Belongings {
   }
 
   const RoomPlan& plan_;
-  Rows32 beside_;  // cells, through wide portals
+  const Rows32 beside_;  // cells, through wide portals
   std::vector<std::uint32_t> nearest_;
   Rows32 rows_;
 };

@@ -31,9 +31,9 @@ inline constexpr std::uint32_t kNoSpace = ~0u, kOutdoors = ~0u - 1;
 // planes of a partition ever are: no sight is searched in it.
 struct RoomPlan {
   Bsp bsp;
-  std::vector<CellPortal> portals;                 // between all cells, dark ones too
-  std::vector<std::vector<std::uint32_t>> groups;  // of portals: openings
-  std::vector<std::uint32_t> space_of_cell;        // a room's number, kOutdoors or kNoSpace
+  std::vector<CellPortal> portals;           // between all cells, dark ones too
+  Rows32 groups;                             // of portals: openings
+  std::vector<std::uint32_t> space_of_cell;  // a room's number, kOutdoors or kNoSpace
   std::uint32_t rooms = 0;
 };
 RoomPlan find_room_plan(const Scene& scene);

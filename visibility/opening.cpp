@@ -165,8 +165,7 @@ bool one_opening(const CellPortal& p, const CellPortal& q, const Joints& joints,
   });
 }
 
-std::vector<std::vector<std::uint32_t>> group_portals(const Bsp& bsp,
-                                                      const std::vector<CellPortal>& portals) {
+Rows32 group_portals(const Bsp& bsp, const std::vector<CellPortal>& portals) {
   const double tolerance = kSliverTolerances * bsp.tolerance;
   std::vector<Box> boxes;
   for (const CellPortal& p : portals) {
@@ -186,13 +185,13 @@ std::vector<std::vector<std::uint32_t>> group_portals(const Bsp& bsp,
     });
   std::map<std::size_t, std::vector<std::uint32_t>> groups;
   for (std::uint32_t i = 0; i < portals.size(); ++i) groups[sets.find(i)].push_back(i);
-  std::vector<std::vector<std::uint32_t>> rows;
+  Rows32 rows;
   for (auto& [set, row] : groups) rows.push_back(std::move(row));
   return rows;
 }
 
 std::vector<bool> passable(const Bsp& bsp, const std::vector<CellPortal>& portals,
-                           const std::vector<std::vector<std::uint32_t>>& groups, double size) {
+                           const Rows32& groups, double size) {
   std::vector<bool> wide(portals.size(), false);
   for (const auto& group : groups) {
     const Region region(bsp, portals, group);
@@ -201,8 +200,8 @@ std::vector<bool> passable(const Bsp& bsp, const std::vector<CellPortal>& portal
   return wide;
 }
 
-Openings find_openings(const Bsp& bsp, const std::vector<CellPortal>& portals,
-                       const std::vector<std::vector<std::uint32_t>>& groups, double size) {
+Openings find_openings(const Bsp& bsp, const std::vector<CellPortal>& portals, const Rows32& groups,
+                       double size) {
   Openings found{passable(bsp, portals, groups, size), {}};
   for (const auto& group : groups) {
     const Region region(bsp, portals, group);

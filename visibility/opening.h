@@ -53,16 +53,15 @@ class Joints {
 bool one_opening(const CellPortal& p, const CellPortal& q, const Joints& joints, double tolerance);
 
 // Portals by the opening that they are part of: rows that together hold each portal once.
-std::vector<std::vector<std::uint32_t>> group_portals(const Bsp& bsp,
-                                                      const std::vector<CellPortal>& portals);
+Rows32 group_portals(const Bsp& bsp, const std::vector<CellPortal>& portals);
 
 // Which portals a ball of `size` metres passes.
 std::vector<bool> passable(const Bsp& bsp, const std::vector<CellPortal>& portals,
-                           const std::vector<std::vector<std::uint32_t>>& groups, double size);
+                           const Rows32& groups, double size);
 
 // What a ball of `size` metres passes, and what it does not.
-Openings find_openings(const Bsp& bsp, const std::vector<CellPortal>& portals,
-                       const std::vector<std::vector<std::uint32_t>>& groups, double size);
+Openings find_openings(const Bsp& bsp, const std::vector<CellPortal>& portals, const Rows32& groups,
+                       double size);
 
 // Whose surfaces come near to the opening's rim: those that are near to most of it first. `tree` is
 // of the scene's surfaces.

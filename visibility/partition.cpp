@@ -208,13 +208,6 @@ void split_crowds(std::vector<LoosePatch>& patches, std::uint32_t most) {
   }
 }
 
-Box box_in_frame(const Frame& f, PolygonView polygon) {
-  Box box;
-  for (const Vec3& x : polygon)
-    box.extend({dot(x - f.origin, f.u), dot(x - f.origin, f.v), dot(x - f.origin, f.n)});
-  return box;
-}
-
 // Lays an object's patches out in the model, a cluster for each room and part of a crowd, and adds
 // what of each cluster each cell has.
 void lay_out(std::span<const LoosePatch> sorted, ObjectId object, const Bsp& bsp, Model& model,
@@ -242,7 +235,7 @@ void lay_out(std::span<const LoosePatch> sorted, ObjectId object, const Bsp& bsp
     ++cluster.patch_count;
     cluster.bounds.extend(bounds(loose.piece.polygon));
     for (const CellPiece& p : loose.piece.pieces)
-      places[{id, p.cell}].extend(box_in_frame(bsp.frame, p.polygon));
+      places[{id, p.cell}].extend(bounds(p.polygon, bsp.frame));
   }
   std::vector<CellId> row;
   for (auto at = places.begin(); at != places.end();) {

@@ -30,6 +30,11 @@ std::size_t RandomStream::below(std::size_t count) {
 
 namespace {
 
+// Of the triangle of the fan around the polygon's first corner that ends at corner i, m².
+double fan_area(PolygonView polygon, std::size_t i) {
+  return 0.5 * length(cross(polygon[i - 1] - polygon[0], polygon[i] - polygon[0]));
+}
+
 Vec3 random_point(const Vec3& a, const Vec3& b, const Vec3& c, RandomStream& random) {
   double s = random.uniform(), t = random.uniform();
   if (s + t > 1) s = 1 - s, t = 1 - t;
@@ -40,9 +45,9 @@ Vec3 random_point(const Vec3& a, const Vec3& b, const Vec3& c, RandomStream& ran
 
 Vec3 random_point(PolygonView polygon, RandomStream& random) {
   double left = random.uniform() * area(polygon);
-  std::size_t i = 2;  // the triangle of the fan around the first corner
+  std::size_t i = 2;
   for (; i + 1 < polygon.size(); ++i) {
-    const double part = 0.5 * length(cross(polygon[i - 1] - polygon[0], polygon[i] - polygon[0]));
+    const double part = fan_area(polygon, i);
     if (left < part) break;
     left -= part;
   }
@@ -70,7 +75,7 @@ void PatchSampler::add_triangles(PatchId patch, double& sum) {
   const Patch& p = model_.patches[patch.value];
   const PolygonView polygon = model_.polygon(p);
   for (std::uint32_t i = 2; i < p.vertex_count; ++i) {
-    const double part = 0.5 * length(cross(polygon[i - 1] - polygon[0], polygon[i] - polygon[0]));
+    const double part = fan_area(polygon, i);
     if (!(sum + part > sum)) continue;
     triangles_.push_back({patch, {p.first_vertex, p.first_vertex + i - 1, p.first_vertex + i}});
     area_before_.push_back(sum);

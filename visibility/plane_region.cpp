@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
+#include "visibility/convex_hull.h"
 #include "visibility/grid_paths.h"
 
 namespace atrium {
@@ -38,21 +40,9 @@ double turn(const GridPoint& a, const GridPoint& b, const GridPoint& c) {
   return double(b.x - a.x) * double(c.y - a.y) - double(b.y - a.y) * double(c.x - a.x);
 }
 
-GridPath hull(GridPath points) {
-  std::sort(points.begin(), points.end(),
-            [](const auto& a, const auto& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  if (points.size() < 3) return {};
-  GridPath out;
-  auto add = [&out](const GridPoint& p, std::size_t floor) {
-    while (out.size() >= floor + 2 && turn(out[out.size() - 2], out.back(), p) <= 0) out.pop_back();
-    out.push_back(p);
-  };
-  for (const auto& p : points) add(p, 0);
-  const std::size_t lower = out.size() - 1;
-  for (std::size_t i = points.size() - 1; i-- > 0;) add(points[i], lower);
-  out.pop_back();
-  return out;
+GridPath hull(const GridPath& points) {
+  return convex_hull(points, std::identity(),
+                     [](const auto& a, const auto& b, const auto& c) { return turn(a, b, c); });
 }
 
 // An outer loop and its holes.

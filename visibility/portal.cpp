@@ -36,11 +36,7 @@ std::vector<CellPortal> find_portals(const Bsp& bsp) {
 
 std::vector<bool> flood(std::size_t cells, const std::vector<CellPortal>& portals,
                         const std::vector<std::uint32_t>& sources) {
-  std::vector<std::vector<std::uint32_t>> beside(cells);
-  for (const CellPortal& p : portals) {
-    beside[p.front].push_back(p.back);
-    beside[p.back].push_back(p.front);
-  }
+  const Rows32 beside = cells_beside(cells, portals, [](std::size_t) { return true; });
   std::vector<bool> reached(cells, false);
   std::vector<std::uint32_t> open;
   auto reach = [&](std::uint32_t cell) {

@@ -19,11 +19,26 @@ struct CellPortal {
   std::uint32_t across(std::uint32_t cell) const { return cell == front ? back : front; }
 };
 
+using Rows32 = std::vector<std::vector<std::uint32_t>>;  // of cells, or of portals
+
 // Adds those in one node's plane, in the order of cells.
 void find_portals(const Bsp& bsp, std::size_t node, std::vector<CellPortal>& portals);
 
 // In the order of nodes, then of cells.
 std::vector<CellPortal> find_portals(const Bsp& bsp);
+
+// A row a cell: those that portals join it to, in the portals' order; only the portals that `keep`,
+// given their number, says yes to.
+template <class Keep>
+Rows32 cells_beside(std::size_t cells, const std::vector<CellPortal>& portals, Keep&& keep) {
+  Rows32 rows(cells);
+  for (std::size_t i = 0; i < portals.size(); ++i) {
+    if (!keep(i)) continue;
+    rows[portals[i].front].push_back(portals[i].back);
+    rows[portals[i].back].push_back(portals[i].front);
+  }
+  return rows;
+}
 
 // Cells from which light that enters at `sources` can be seen, by portals alone.
 std::vector<bool> flood(std::size_t cells, const std::vector<CellPortal>& portals,

@@ -5,6 +5,9 @@
 #include <limits>
 #include <numeric>
 #include <optional>
+#include <utility>
+
+#include "visibility/convex_hull.h"
 
 namespace atrium {
 
@@ -87,24 +90,8 @@ Polygon hull_in_plane(PolygonView points, const Vec3& normal) {
   std::vector<Flat> flat;
   for (std::size_t i = 0; i < points.size(); ++i)
     flat.push_back({{dot(points[i], u), dot(points[i], v)}, i});
-  std::sort(flat.begin(), flat.end(), [](const Flat& a, const Flat& b) {
-    return a.p.x != b.p.x ? a.p.x < b.p.x : a.p.y < b.p.y;
-  });
-  std::vector<Flat> out;
-  auto add = [&out](const Flat& f, std::size_t floor) {
-    while (out.size() >= floor + 2) {
-      const Vec2 a = out.back().p - out[out.size() - 2].p, b = f.p - out.back().p;
-      if (a.x * b.y - a.y * b.x > 0) break;
-      out.pop_back();
-    }
-    out.push_back(f);
-  };
-  for (const Flat& f : flat) add(f, 0);
-  const std::size_t lower = out.size() - 1;
-  for (std::size_t i = flat.size() - 1; i-- > 0;) add(flat[i], lower);
-  out.pop_back();
   Polygon polygon;
-  for (const Flat& f : out) polygon.push_back(points[f.index]);
+  for (const Flat& f : convex_hull(std::move(flat), &Flat::p)) polygon.push_back(points[f.index]);
   return polygon;
 }
 
@@ -120,7 +107,7 @@ std::vector<Vec3> corners_of(const Frame& frame, const Box& box, double toleranc
       again |= upper && box.hi[k] - box.lo[k] <= tolerance;
       x[k] = upper ? box.hi[k] : box.lo[k];
     }
-    if (!again) corners.push_back(frame.origin + x.x * frame.u + x.y * frame.v + x.z * frame.n);
+    if (!again) corners.push_back(frame.to_space(x));
   }
   return corners;
 }

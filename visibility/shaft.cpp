@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "engine/check.h"
+#include "visibility/convex_hull.h"
 #include "visibility/remainder.h"
 
 namespace atrium {
@@ -265,28 +267,12 @@ Polygon crossings(PolygonView p, PolygonView q, const Plane& plane, double toler
   return out;
 }
 
-// Their convex hull, the section of that of p and q. [Andrew 79, monotone chain]
+// Their convex hull, the section of that of p and q.
 Polygon hull_of(std::span<const Vec3> points, const Frame& frame) {
-  std::vector<Vec2> in_order, hull;
-  for (const Vec3& x : points) in_order.push_back(frame.to_plane(x));
-  std::sort(in_order.begin(), in_order.end(),
-            [](const Vec2& a, const Vec2& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
-  const auto chain = [&](auto first, auto last) {
-    const std::size_t base = hull.size();
-    for (; first != last; ++first) {
-      const auto turns_right = [&] {
-        const Vec2 u = hull.back() - hull[hull.size() - 2], v = *first - hull.back();
-        return u.x * v.y - u.y * v.x <= 0;
-      };
-      while (hull.size() >= base + 2 && turns_right()) hull.pop_back();
-      hull.push_back(*first);
-    }
-    hull.pop_back();  // the other chain begins with it
-  };
-  chain(in_order.begin(), in_order.end());
-  chain(in_order.rbegin(), in_order.rend());
+  std::vector<Vec2> flat;
+  for (const Vec3& x : points) flat.push_back(frame.to_plane(x));
   Polygon out;
-  for (const Vec2& x : hull) out.push_back(frame.to_space(x));
+  for (const Vec2& x : convex_hull(std::move(flat))) out.push_back(frame.to_space(x));
   return out;
 }
 

@@ -69,11 +69,10 @@ double perpendicular_rectangles(double h, double w, double l) {
                   p2 * std::log(p2 * (1 + s) / ((1 + p2) * s))));
 }
 
-// The second method: Gauss over pieces of p of the points' closed form, halved `depth` times.
-double by_points(const Polygon& p, const Polygon& q, int depth) {
-  const Vec3 n = plane_of(p).normal;
+// Triangles that make up the polygon, halved `depth` times.
+std::vector<Triangle> pieces_of(const Polygon& polygon, int depth) {
   std::vector<Triangle> pieces;
-  EXPECT_TRUE(triangulate(p, pieces));
+  EXPECT_TRUE(triangulate(polygon, pieces));
   for (; depth > 0; --depth) {
     std::vector<Triangle> halves;
     for (const Triangle& t : pieces) {
@@ -83,8 +82,14 @@ double by_points(const Polygon& p, const Polygon& q, int depth) {
     }
     pieces = halves;
   }
+  return pieces;
+}
+
+// The second method: Gauss over pieces of p of the points' closed form, halved `depth` times.
+double by_points(const Polygon& p, const Polygon& q, int depth) {
+  const Vec3 n = plane_of(p).normal;
   double sum = 0;
-  for (const Triangle& t : pieces) {
+  for (const Triangle& t : pieces_of(p, depth)) {
     const TriangleRule<5> rule(t);
     for (std::size_t i = 0; i < rule.at.size(); ++i)
       sum += area(t) * rule.weight[i] * point_to_polygon(rule.at[i], n, q);
@@ -95,19 +100,8 @@ double by_points(const Polygon& p, const Polygon& q, int depth) {
 // The kernel itself by Gauss over pieces of the polygon: nothing of the contour in it.
 double point_by_kernel(const Vec3& x, const Vec3& n, const Polygon& q, int depth) {
   const Vec3 m = plane_of(q).normal;
-  std::vector<Triangle> pieces;
-  EXPECT_TRUE(triangulate(q, pieces));
-  for (; depth > 0; --depth) {
-    std::vector<Triangle> halves;
-    for (const Triangle& t : pieces) {
-      const auto [a, b] = bisect(t);
-      halves.push_back(a);
-      halves.push_back(b);
-    }
-    pieces = halves;
-  }
   double sum = 0;
-  for (const Triangle& t : pieces) {
+  for (const Triangle& t : pieces_of(q, depth)) {
     const TriangleRule<5> rule(t);
     for (std::size_t i = 0; i < rule.at.size(); ++i) {
       const Vec3 r = rule.at[i] - x;

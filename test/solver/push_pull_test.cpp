@@ -6,6 +6,7 @@
 
 #include <array>
 
+#include "engine/squared.h"
 #include "test/solver/shapes.h"
 #include "test/solver/trees.h"
 
@@ -24,8 +25,6 @@ void randomize(std::vector<double>& values, std::mt19937& dice) {
   for (double& v : values) v = number(dice);
 }
 
-double squared(double x) { return x * x; }
-
 // A shape of aspect a has basis functions that grow with a outside a few digits of it.
 double rounding(const Shape& s) { return 1e-12 + 1e-15 * s.aspect * s.aspect; }
 
@@ -38,52 +37,58 @@ GatherSlots random_slots(const PatchTree& tree, std::mt19937& dice) {
   return slots;
 }
 
+// Calls with(shape, order) for every one.
+template <class With>
+void for_all_shapes(With&& with) {
+  for (const int order : kOrders)
+    for (const Shape& shape : shapes()) {
+      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
+      with(shape, order);
+    }
+}
+
 double gathered(const GatherSlots& slots, std::size_t element, int k, int a, int c) {
   return slots.g[(element * k + a) * kGatherChannels + c];
 }
 
 TEST(HandDown, PolynomialReproducesItselfAtAnyPoint) {
   std::mt19937 dice(3);
-  for (const int order : kOrders)
-    for (const Shape& shape : shapes()) {
-      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
-      PatchTree tree = tree_of(shape, order);
-      randomize(tree.e, dice);
-      grow(tree, 63);  // split_leaf hands E down
-      for (std::size_t i = 1; i < tree.elements.size(); ++i)
-        for (int c = 0; c < kChannels; ++c) {
-          const Vec2 p = point_of(tree.view().polygon(tree.elements[i]), dice);
-          EXPECT_NEAR(value_at(tree, i, p, c), value_at(tree, 0, p, c), 10 * rounding(shape));
-        }
-    }
+  for_all_shapes([&](const Shape& shape, int order) {
+    PatchTree tree = tree_of(shape, order);
+    randomize(tree.e, dice);
+    grow(tree, 63);  // split_leaf hands E down
+    for (std::size_t i = 1; i < tree.elements.size(); ++i)
+      for (int c = 0; c < kChannels; ++c) {
+        const Vec2 p = point_of(tree.view().polygon(tree.elements[i]), dice);
+        EXPECT_NEAR(value_at(tree, i, p, c), value_at(tree, 0, p, c), 10 * rounding(shape));
+      }
+  });
 }
 
 // What arrives at the elements above a leaf and at the leaf itself adds up, point by point.
 TEST(PushPull, LeavesHoldTheSumOfWhatTheirAncestorsGathered) {
   std::mt19937 dice(4);
-  for (const int order : kOrders)
-    for (const Shape& shape : shapes()) {
-      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
-      PatchTree tree = tree_of(shape, order);
-      grow(tree, 31);
-      const GatherSlots given = random_slots(tree, dice);
-      GatherSlots slots = given;
-      push_pull(tree, slots, {});
-      const PatchView v = tree.view();
-      for (std::size_t i = 0; i < tree.elements.size(); ++i) {
-        if (!tree.elements[i].leaf()) continue;
-        const Vec2 p = point_of(v.polygon(tree.elements[i]), dice);
-        for (int c = 0; c < kChannels; ++c) {
-          double sum = 0;
-          for (std::int32_t up = static_cast<std::int32_t>(i); up >= 0;
-               up = tree.elements[up].parent) {
-            const BasisValues phi = evaluate_basis(v.basis_of(up), tree.elements[up], order, p);
-            for (int a = 0; a < v.k(); ++a) sum += phi[a] * gathered(given, up, v.k(), a, c);
-          }
-          EXPECT_NEAR(value_at(tree, i, p, c), sum, 10 * rounding(shape));
+  for_all_shapes([&](const Shape& shape, int order) {
+    PatchTree tree = tree_of(shape, order);
+    grow(tree, 31);
+    const GatherSlots given = random_slots(tree, dice);
+    GatherSlots slots = given;
+    push_pull(tree, slots, {});
+    const PatchView v = tree.view();
+    for (std::size_t i = 0; i < tree.elements.size(); ++i) {
+      if (!tree.elements[i].leaf()) continue;
+      const Vec2 p = point_of(v.polygon(tree.elements[i]), dice);
+      for (int c = 0; c < kChannels; ++c) {
+        double sum = 0;
+        for (std::int32_t up = static_cast<std::int32_t>(i); up >= 0;
+             up = tree.elements[up].parent) {
+          const BasisValues phi = evaluate_basis(v.basis_of(up), tree.elements[up], order, p);
+          for (int a = 0; a < v.k(); ++a) sum += phi[a] * gathered(given, up, v.k(), a, c);
         }
+        EXPECT_NEAR(value_at(tree, i, p, c), sum, 10 * rounding(shape));
       }
     }
+  });
 }
 
 // The best linear fit to a piecewise function over the whole outline, by normal equations in
@@ -123,49 +128,45 @@ std::array<double, 3> least_squares(const PatchTree& tree, int k, int channel) {
 
 TEST(PushPull, PullIsTheLeastSquaresFit) {
   std::mt19937 dice(5);
-  for (const int order : kOrders)
-    for (const Shape& shape : shapes()) {
-      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
-      PatchTree tree = tree_of(shape, order);
-      grow(tree, 31);
-      GatherSlots slots = random_slots(tree, dice);
-      push_pull(tree, slots, {});
-      const Element& root = tree.elements[0];
-      const int k = tree.view().k();
-      for (int c = 0; c < kChannels; ++c) {
-        const std::array<double, 3> fit = least_squares(tree, k, c);
-        for (const Vec2& p : tree.view().polygon(root)) {
-          const Vec2 t = (p - root.centroid) / root.radius;
-          const double expected = fit[0] + (k > 1 ? fit[1] * t.x + fit[2] * t.y : 0);
-          EXPECT_NEAR(value_at(tree, 0, p, c), expected, 100 * rounding(shape));
-        }
+  for_all_shapes([&](const Shape& shape, int order) {
+    PatchTree tree = tree_of(shape, order);
+    grow(tree, 31);
+    GatherSlots slots = random_slots(tree, dice);
+    push_pull(tree, slots, {});
+    const Element& root = tree.elements[0];
+    const int k = tree.view().k();
+    for (int c = 0; c < kChannels; ++c) {
+      const std::array<double, 3> fit = least_squares(tree, k, c);
+      for (const Vec2& p : tree.view().polygon(root)) {
+        const Vec2 t = (p - root.centroid) / root.radius;
+        const double expected = fit[0] + (k > 1 ? fit[1] * t.x + fit[2] * t.y : 0);
+        EXPECT_NEAR(value_at(tree, 0, p, c), expected, 100 * rounding(shape));
       }
     }
+  });
 }
 
 TEST(PushPull, DetailIsTheNormOfWhatThePullLeavesOut) {
   std::mt19937 dice(6);
-  for (const int order : kOrders)
-    for (const Shape& shape : shapes()) {
-      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
-      PatchTree tree = tree_of(shape, order);
-      grow(tree, 31);
-      GatherSlots slots = random_slots(tree, dice);
-      push_pull(tree, slots, {});
-      const auto lum = [&](std::size_t i, const Vec2& p) {
-        return luminance(
-            {value_at(tree, i, p, 0), value_at(tree, i, p, 1), value_at(tree, i, p, 2)});
-      };
-      double rest2 = 0;
-      for (std::size_t n = 0; n < tree.elements.size(); ++n) {
-        if (!tree.elements[n].leaf()) continue;
-        EXPECT_EQ(tree.elements[n].detail, 0);
-        rest2 += integrate(tree.view().polygon(tree.elements[n]), 0,
-                           [&](const Vec2& p) { return squared(lum(n, p) - lum(0, p)); });
-      }
-      EXPECT_NEAR(tree.elements[0].detail, std::sqrt(rest2 / tree.elements[0].area),
-                  1e4 * rounding(shape));
+  for_all_shapes([&](const Shape& shape, int order) {
+    PatchTree tree = tree_of(shape, order);
+    grow(tree, 31);
+    GatherSlots slots = random_slots(tree, dice);
+    push_pull(tree, slots, {});
+    const auto lum = [&](std::size_t i, const Vec2& p) {
+      return luminance(
+          {value_at(tree, i, p, 0), value_at(tree, i, p, 1), value_at(tree, i, p, 2)});
+    };
+    double rest2 = 0;
+    for (std::size_t n = 0; n < tree.elements.size(); ++n) {
+      if (!tree.elements[n].leaf()) continue;
+      EXPECT_EQ(tree.elements[n].detail, 0);
+      rest2 += integrate(tree.view().polygon(tree.elements[n]), 0,
+                         [&](const Vec2& p) { return squared(lum(n, p) - lum(0, p)); });
     }
+    EXPECT_NEAR(tree.elements[0].detail, std::sqrt(rest2 / tree.elements[0].area),
+                1e4 * rounding(shape));
+  });
 }
 
 // Constant over the patch: nothing is left out, whatever the tree.
@@ -182,27 +183,25 @@ TEST(PushPull, UniformLightHasNoDetail) {
 
 TEST(PushPull, ConservesFlux) {
   std::mt19937 dice(8);
-  for (const int order : kOrders)
-    for (const Shape& shape : shapes()) {
-      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
-      PatchTree tree = tree_of(shape, order);
-      grow(tree, 101);
-      const GatherSlots given = random_slots(tree, dice);
-      GatherSlots slots = given;
-      push_pull(tree, slots, {});
-      const PatchView v = tree.view();
-      for (int c = 0; c < kChannels; ++c) {
-        double arrived = 0, held = 0;
-        for (std::size_t i = 0; i < tree.elements.size(); ++i) {
-          const Element& x = tree.elements[i];
-          arrived += x.area * gathered(given, i, v.k(), 0, c);
-          if (x.leaf()) held += x.area * v.e_of(i)[c];
-        }
-        const double size = tree.elements[0].area;
-        EXPECT_NEAR(held, arrived, 10 * size * rounding(shape));
-        EXPECT_NEAR(size * v.e_of(0)[c], arrived, 10 * size * rounding(shape));
+  for_all_shapes([&](const Shape& shape, int order) {
+    PatchTree tree = tree_of(shape, order);
+    grow(tree, 101);
+    const GatherSlots given = random_slots(tree, dice);
+    GatherSlots slots = given;
+    push_pull(tree, slots, {});
+    const PatchView v = tree.view();
+    for (int c = 0; c < kChannels; ++c) {
+      double arrived = 0, held = 0;
+      for (std::size_t i = 0; i < tree.elements.size(); ++i) {
+        const Element& x = tree.elements[i];
+        arrived += x.area * gathered(given, i, v.k(), 0, c);
+        if (x.leaf()) held += x.area * v.e_of(i)[c];
       }
+      const double size = tree.elements[0].area;
+      EXPECT_NEAR(held, arrived, 10 * size * rounding(shape));
+      EXPECT_NEAR(size * v.e_of(0)[c], arrived, 10 * size * rounding(shape));
     }
+  });
 }
 
 TEST(PushPull, SumsAreThoseOfTheLeaves) {
@@ -287,23 +286,21 @@ TEST(Closing, WholePatchGetsItsMissingShareEverywhere) {
 // the element, E = B once rows are closed.
 TEST(Closing, FurnaceIsUniformWhateverTheRowsAre) {
   std::mt19937 dice(9);
-  for (const int order : kOrders)
-    for (const Shape& shape : shapes()) {
-      SCOPED_TRACE(shape.name + ", order " + std::to_string(order));
-      PatchTree tree = tree_of(shape, order);
-      grow(tree, 15);
-      GatherSlots slots = random_slots(tree, dice);
-      const Spectrum b{7, 5, 3};
-      const int k = tree.view().k();
-      for (std::size_t i = 0; i < tree.elements.size() * k; ++i)
+  for_all_shapes([&](const Shape& shape, int order) {
+    PatchTree tree = tree_of(shape, order);
+    grow(tree, 15);
+    GatherSlots slots = random_slots(tree, dice);
+    const Spectrum b{7, 5, 3};
+    const int k = tree.view().k();
+    for (std::size_t i = 0; i < tree.elements.size() * k; ++i)
+      for (int c = 0; c < kChannels; ++c)
+        slots.g[i * kGatherChannels + c] = b[c] * slots.g[i * kGatherChannels + kRowSum];
+    push_pull(tree, slots, {.how = Closing::How::kEachLeaf, .mean_radiosity = b});
+    for (std::size_t i = 0; i < tree.elements.size(); ++i)
+      for (const Vec2& p : tree.view().polygon(tree.elements[i]))
         for (int c = 0; c < kChannels; ++c)
-          slots.g[i * kGatherChannels + c] = b[c] * slots.g[i * kGatherChannels + kRowSum];
-      push_pull(tree, slots, {.how = Closing::How::kEachLeaf, .mean_radiosity = b});
-      for (std::size_t i = 0; i < tree.elements.size(); ++i)
-        for (const Vec2& p : tree.view().polygon(tree.elements[i]))
-          for (int c = 0; c < kChannels; ++c)
-            EXPECT_NEAR(value_at(tree, i, p, c), b[c], 1000 * rounding(shape));
-    }
+          EXPECT_NEAR(value_at(tree, i, p, c), b[c], 1000 * rounding(shape));
+  });
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <numbers>
 
+#include "engine/squared.h"
 #include "solver/form_factor.h"
 #include "solver/gather.h"
 #include "test/solver/trees.h"
@@ -78,8 +79,6 @@ Polygon ceiling_square(double h, double side = 1) {
 }
 // Shares the floor's edge x = 0 and faces it.
 Polygon wall_square() { return parallelogram({0, 0, 0}, {0, 1, 0}, {0, 0, 1}); }
-
-double squared(double x) { return x * x; }
 
 double form_factor(const Polygon& a, const Polygon& b) {
   return polygon_to_polygon(a, b).value().f12;

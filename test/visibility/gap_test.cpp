@@ -11,9 +11,9 @@
 #include <set>
 #include <string>
 
+#include "test/visibility/models.h"
 #include "test/visibility/scene_builder.h"
 #include "visibility/gap_words.h"
-#include "visibility/partition.h"
 #include "visibility/patch_sampler.h"
 #include "visibility/soundness.h"
 
@@ -27,18 +27,8 @@ constexpr double kWidthError = 0.05, kAreaError = 0.05;  // relative
 
 double wall_at(int i) { return i * (kRoom + kThick) - kThick; }  // the i-th cross wall's start
 
-// A row of rooms: slabs and outer walls that touch, a box on each room's floor.
-SceneBuilder shell(int rooms) {
-  const double end = wall_at(rooms);
-  SceneBuilder s;
-  s.box("floor", {-kThick, -kThick, -kThick}, {end + kThick, kDepth + kThick, 0});
-  s.box("ceiling", {-kThick, -kThick, kHeight}, {end + kThick, kDepth + kThick, kHeight + kThick});
-  s.box("west", {-kThick, -kThick, 0}, {0, kDepth + kThick, kHeight});
-  s.box("east", {end, -kThick, 0}, {end + kThick, kDepth + kThick, kHeight});
-  s.box("south", {0, -kThick, 0}, {end, 0, kHeight});
-  s.box("north", {0, kDepth, 0}, {end, kDepth + kThick, kHeight});
-  return s;
-}
+// A row of rooms, a box on each one's floor.
+SceneBuilder shell(int rooms) { return shell_of_slabs({wall_at(rooms), kDepth, kHeight}, kThick); }
 
 SceneBuilder& wall(SceneBuilder& s, const std::string& name, int i, double y0, double y1, double z0,
                    double z1 = kHeight) {
@@ -59,18 +49,6 @@ SceneBuilder two_rooms(bool second_lamp = false) {
   furnish(s, 0, true);
   furnish(s, 1, second_lamp);
   return s;
-}
-
-Model made(const Scene& scene, double close_gaps) {
-  PartitionOptions options;
-  options.close_gaps = close_gaps;
-  Result<Model> model = partition(scene, options);
-  EXPECT_TRUE(model.ok()) << model.status().message();
-  return std::move(model).value();
-}
-
-const std::string& name_of(const Scene& scene, const Cluster& cluster) {
-  return scene.objects[cluster.object.value].name;
 }
 
 bool lit(const Scene& scene, const Model& model, const std::string& object) {

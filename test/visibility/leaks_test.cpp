@@ -13,23 +13,15 @@
 namespace atrium {
 namespace {
 
-constexpr double kX0 = 4, kX1 = 4.2, kEnd = 8.2, kDepth = 4, kHeight = 3;
+constexpr double kX0 = 4, kX1 = 4.2, kEnd = 8.2, kDepth = 4, kHeight = 3, kThick = 0.2;
 constexpr double kGap = 0.01;          // m, planted
 constexpr double kSize = 0.05;         // m, the largest that is a leak
 constexpr double kWidthError = 2e-3;   // relative: what the search for a width stops at, twice
 constexpr double kLengthError = 0.02;  // relative
 
-// Slabs and outer walls: six boxes that touch. `foot`: the gap under the north wall.
+// `foot`: the gap under the north wall.
 SceneBuilder shell(double foot = 0) {
-  constexpr double kThick = 0.2;
-  SceneBuilder s;
-  s.box("floor", {-kThick, -kThick, -kThick}, {kEnd + kThick, kDepth + kThick, 0});
-  s.box("ceiling", {-kThick, -kThick, kHeight}, {kEnd + kThick, kDepth + kThick, kHeight + kThick});
-  s.box("west", {-kThick, -kThick, 0}, {0, kDepth + kThick, kHeight});
-  s.box("east", {kEnd, -kThick, 0}, {kEnd + kThick, kDepth + kThick, kHeight});
-  s.box("south", {0, -kThick, 0}, {kEnd, 0, kHeight});
-  s.box("north", {0, kDepth, foot}, {kEnd, kDepth + kThick, kHeight});
-  return s;
+  return shell_of_slabs({kEnd, kDepth, kHeight}, kThick, foot);
 }
 
 SceneBuilder& wall(SceneBuilder& s, const std::string& name, double y0, double y1, double z0,

@@ -5,17 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "test/visibility/models.h"
 #include "test/visibility/scene_builder.h"
 #include "visibility/soundness.h"
 
 namespace atrium {
 namespace {
-
-Model made(const Scene& scene) {
-  Result<Model> model = partition(scene);
-  EXPECT_TRUE(model.ok()) << model.status().message();
-  return std::move(model).value();
-}
 
 void expect_sound(const Scene& scene, const Model& model) {
   const SoundnessReport report = judge_visibility(scene, model, {.segments = 200'000});
@@ -27,7 +22,7 @@ void expect_sound(const Scene& scene, const Model& model) {
 double lit_area(const Model& model, const Scene& scene, const std::string& object) {
   double sum = 0;
   for (const Patch& p : model.patches)
-    if (!p.inert && scene.objects[scene.surfaces[p.surface.value].object.value].name == object)
+    if (!p.inert && name_of(scene, scene.surfaces[p.surface.value]) == object)
       sum += area(model.polygon(p));
   return sum;
 }
@@ -35,7 +30,7 @@ double lit_area(const Model& model, const Scene& scene, const std::string& objec
 std::size_t patches_of(const Model& model, const Scene& scene, const std::string& object) {
   std::size_t n = 0;
   for (const Patch& p : model.patches)
-    n += scene.objects[scene.surfaces[p.surface.value].object.value].name == object;
+    n += name_of(scene, scene.surfaces[p.surface.value]) == object;
   return n;
 }
 
@@ -135,7 +130,7 @@ Scene room_with_niche(bool lamp_in_the_yard) {
   Scene scene = s.build();
   // The room's own wall and the niche's open side go.
   std::erase_if(scene.surfaces, [&](const Surface& surface) {
-    const std::string& object = scene.objects[surface.object.value].name;
+    const std::string& object = name_of(scene, surface);
     const Box box = bounds(scene.polygon(surface));
     return (object == "room" && box.hi.x < 0.1) || (object == "niche" && box.lo.x > -0.05);
   });
@@ -224,28 +219,17 @@ TEST(Partition, WhatASegmentJoinsOrIsBlockedByIsVisible) {
   }
 }
 
-ClusterId cluster_of(const Model& model, const Scene& scene, const std::string& object) {
-  for (std::uint32_t c = 0; c < model.clusters.size(); ++c)
-    if (scene.objects[model.clusters[c].object.value].name == object) return ClusterId(c);
-  return {};
-}
-
-bool sees(const Model& model, ClusterId a, ClusterId b) {
-  const auto row = model.visible[a.value];
-  return std::binary_search(row.begin(), row.end(), b);
-}
-
 TEST(Partition, DoorwaysAtOppositeEndsHideWhatNoLineThroughBothReaches) {
   for (double degrees : {0.0, 17.0}) {
     const Scene scene = rooms_in_a_row().build([&](const Vec3& x) { return turned(x, degrees); });
     const Model model = made(scene);
     const ClusterId lamp = cluster_of(model, scene, "lamp");
     const ClusterId third = cluster_of(model, scene, "third room");
-    EXPECT_TRUE(sees(model, lamp, cluster_of(model, scene, "second room")));
-    EXPECT_FALSE(sees(model, lamp, cluster_of(model, scene, "second room's end")));
-    EXPECT_FALSE(sees(model, lamp, third));
+    EXPECT_TRUE(listed(model, lamp, cluster_of(model, scene, "second room")));
+    EXPECT_FALSE(listed(model, lamp, cluster_of(model, scene, "second room's end")));
+    EXPECT_FALSE(listed(model, lamp, third));
     // From (5, 2) through (8, 3) on to (9, 3.33).
-    EXPECT_TRUE(sees(model, cluster_of(model, scene, "second room's end"), third));
+    EXPECT_TRUE(listed(model, cluster_of(model, scene, "second room's end"), third));
     expect_sound(scene, model);
   }
 }
@@ -280,7 +264,7 @@ TEST(Partition, AnObjectWithTooManyPatchesIsHalvedByProximity) {
   ASSERT_TRUE(model.ok());
   std::size_t leaves = 0, most = 0;
   for (const Cluster& c : model->clusters)
-    if (scene.objects[c.object.value].name == "leaves") {
+    if (name_of(scene, c) == "leaves") {
       leaves += c.patch_count;
       most = std::max<std::size_t>(most, c.patch_count);
       EXPECT_LT(c.bounds.extent().x, 4.6 / 3);

@@ -85,6 +85,19 @@ inline Vec3 turned(const Vec3& x, double degrees) {
   return {std::cos(a) * x.x - std::sin(a) * x.y, std::sin(a) * x.x + std::cos(a) * x.y, x.z};
 }
 
+// Slabs and outer walls, `thick` metres, around a space from the origin to `end`: six boxes that
+// touch, but for the north wall, which starts `foot` metres above the floor.
+inline SceneBuilder shell_of_slabs(const Vec3& end, double thick, double foot = 0) {
+  SceneBuilder s;
+  s.box("floor", {-thick, -thick, -thick}, {end.x + thick, end.y + thick, 0});
+  s.box("ceiling", {-thick, -thick, end.z}, {end.x + thick, end.y + thick, end.z + thick});
+  s.box("west", {-thick, -thick, 0}, {0, end.y + thick, end.z});
+  s.box("east", {end.x, -thick, 0}, {end.x + thick, end.y + thick, end.z});
+  s.box("south", {0, -thick, 0}, {end.x, 0, end.z});
+  s.box("north", {0, end.y, foot}, {end.x, end.y + thick, end.z});
+  return s;
+}
+
 // Two rooms of 4 × 4 × 3 m, side by side along x, with a wall 0.2 m thick between them and a
 // doorway of 1 × 2 m in it. One slab below and one above both. The lamp hangs in the first room.
 inline SceneBuilder two_rooms_with_doorway() {

@@ -6,26 +6,13 @@
 
 #include <algorithm>
 
+#include "test/visibility/models.h"
 #include "test/visibility/scene_builder.h"
-#include "visibility/partition.h"
 #include "visibility/second_look.h"
 #include "visibility/tube_soundness.h"
 
 namespace atrium {
 namespace {
-
-Model made(const Scene& scene) {
-  Result<Model> model = partition(scene);
-  EXPECT_TRUE(model.ok()) << model.status().message();
-  return std::move(model).value();
-}
-
-ClusterId cluster_of(const Model& model, const Scene& scene, const std::string& object) {
-  for (std::uint32_t c = 0; c < model.clusters.size(); ++c)
-    if (scene.objects[model.clusters[c].object.value].name == object) return ClusterId(c);
-  ADD_FAILURE() << "no " << object;
-  return {};
-}
 
 // Rows where keep(receiver, source) says so; all pairs stand to choice.
 template <class Keep>
@@ -38,11 +25,6 @@ void set_rows(Model& model, Keep&& keep) {
     rows.push_row(row);
   }
   model.visible = std::move(rows);
-}
-
-bool listed(const Model& model, ClusterId a, ClusterId b) {
-  const auto row = model.visible[a.value];
-  return std::binary_search(row.begin(), row.end(), b);
 }
 
 // Takes the pair out of both rows.
@@ -218,8 +200,7 @@ TEST(Soundness, TubesThatMissABlockerOrImagineOneAreFoundOut) {
   EXPECT_EQ(right.wrongly_visible + right.wrongly_invisible, 0u);
   // The plate parts the room; tubes that do not know the table see through it.
   Scene without = scene;
-  std::erase_if(without.surfaces,
-                [&](const Surface& s) { return scene.objects[s.object.value].name == "table"; });
+  std::erase_if(without.surfaces, [&](const Surface& s) { return name_of(scene, s) == "table"; });
   EXPECT_GT(judge_tubes(scene, without).wrongly_visible, 0u);
   EXPECT_GT(judge_tubes(empty.build(), scene).wrongly_invisible, 0u);
 }
