@@ -184,11 +184,23 @@ struct Share {
   double scale = 1;  // what its light counts for, so that chance evens out
 };
 
-Share share_of(double due, double chance) {
-  if (due >= kSureOfRay) return {std::max(1, static_cast<int>(std::lround(due))), 1};
-  const double p = due / kSureOfRay;
-  return chance < p ? Share{1, 1 / p} : Share{};
-}
+// Deals them out, piece by piece; those that are due little take their chance from one number, so
+// that of many together as many are dealt as are due.
+class Deal {
+ public:
+  explicit Deal(double chance) : next_(chance) {}
+  Share to(double due) {
+    if (due >= kSureOfRay) return {std::max(1, static_cast<int>(std::lround(due))), 1};
+    const double p = due / kSureOfRay;
+    passed_ += p;
+    if (passed_ <= next_) return {};
+    next_ += 1;
+    return {1, 1 / p};
+  }
+
+ private:
+  double passed_ = 0, next_;
+};
 
 struct ShadowRay {
   std::uint32_t piece = 0;
@@ -275,11 +287,11 @@ void cast_shadow_rays(const Vec3& x, const Vec3& normal, std::span<const SourceP
   double whole = 0;
   for (const SourcePiece& piece : pieces) whole += piece.weight;
   std::vector<ShadowRay> shadow;
+  Deal deal(SampleSequence(mixed(key, pieces.size())).at(0).x);
   for (std::uint32_t i = 0; i < pieces.size(); ++i) {
-    const std::uint64_t own = mixed(key, i);
-    const double chance = SampleSequence(mixed(own, 0)).at(0).x;
-    const Share share = share_of(rays * pieces[i].weight / whole, chance);
-    add_rays(x, normal, pieces[i], i, share, SampleSequence(mixed(own, 1)), shadow);
+    const Share share = deal.to(rays * pieces[i].weight / whole);
+    if (share.rays > 0)
+      add_rays(x, normal, pieces[i], i, share, SampleSequence(mixed(key, i)), shadow);
   }
   for (std::size_t first = 0; first < shadow.size(); first += kRayLanes) {
     const std::size_t lanes = std::min<std::size_t>(kRayLanes, shadow.size() - first);

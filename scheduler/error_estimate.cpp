@@ -106,7 +106,7 @@ struct Sample {
   GatherPoint point;
   std::uint32_t group = 0;
   double weight = 0;  // m², up to one factor for all: the area that it stands for
-  bool front = false;
+  bool front = false, bright = false;
   Spectrum reflectance{0};
   Spectrum irradiance{0};  // lx, as solved
   Spectrum radiosity{0};   // lm/m², likewise
@@ -137,8 +137,13 @@ Sample sample_at(const PatchView& patch, std::size_t leaf, const Vec2& square) {
 // One point in each of so many equal parts of what leaves are due, laid out room by room.
 class Draw {
  public:
-  Draw(const Model& model, const Flux& flux, double whole, const EstimateSettings& settings)
-      : model_(model), flux_(flux), settings_(settings), step_(whole / settings.points) {
+  Draw(const Model& model, const BrightSources& bright, const Flux& flux, double whole,
+       const EstimateSettings& settings)
+      : model_(model),
+        bright_(bright),
+        flux_(flux),
+        settings_(settings),
+        step_(whole / settings.points) {
     place_next();
   }
 
@@ -154,6 +159,7 @@ class Draw {
         s.point.cluster = cluster;
         s.weight = e.area / due;
         s.front = !back;
+        s.bright = bright_.reflects_brightly(patch, static_cast<std::int32_t>(i));
         samples_.push_back(s);
       }
     }
@@ -168,6 +174,7 @@ class Draw {
   }
 
   const Model& model_;
+  const BrightSources& bright_;
   const Flux& flux_;
   const EstimateSettings& settings_;
   const double step_;
@@ -175,7 +182,8 @@ class Draw {
   std::vector<Sample> samples_;
 };
 
-Result<std::vector<Sample>> draw_points(const Model& model, ClusterStore& store, const Flux& flux,
+Result<std::vector<Sample>> draw_points(const Model& model, ClusterStore& store,
+                                        const BrightSources& bright, const Flux& flux,
                                         const EstimateSettings& settings) {
   double whole = 0;
   const auto weigh = [&](ClusterId, const PatchView& patch) {
@@ -185,33 +193,34 @@ Result<std::vector<Sample>> draw_points(const Model& model, ClusterStore& store,
         whole += flux.due(*patch.head, back, e.area, mean_of(patch, i));
   };
   ATRIUM_RETURN_IF_ERROR(each_patch(model, store, weigh));
-  Draw draw(model, flux, whole, settings);
+  Draw draw(model, bright, flux, whole, settings);
   ATRIUM_RETURN_IF_ERROR(
       each_patch(model, store, [&](ClusterId c, const PatchView& patch) { draw.add(c, patch); }));
   return draw.take();
 }
 
-// Runs of clusters with points enough.
+// Runs of clusters with points enough. Each has a second group for its bright elements, since what
+// a ceiling reflects onto the lamp below it is not what it reflects into the room.
 struct Groups {
-  std::vector<std::uint32_t> of_cluster;
-  std::vector<double> area_share;  // of all
+  std::vector<std::uint32_t> of_cluster;  // even numbers
+  std::vector<double> area_share;  // of all; of a group and its second one in the first's place
 };
 
 Groups form_groups(const Model& model, const Flux& flux, std::span<Sample> samples) {
   std::vector<std::size_t> points(model.clusters.size(), 0);
   for (const Sample& s : samples) ++points[s.point.cluster.value];
-  Groups groups{std::vector<std::uint32_t>(model.clusters.size(), 0), {0}};
+  Groups groups{std::vector<std::uint32_t>(model.clusters.size(), 0), {0, 0}};
   std::size_t left = samples.size(), held = 0;
   for (const ClusterId c : room_by_room(model)) {
-    groups.of_cluster[c.value] = static_cast<std::uint32_t>(groups.area_share.size() - 1);
-    groups.area_share.back() += flux.area_of_cluster[c.value] / flux.area;
+    groups.of_cluster[c.value] = static_cast<std::uint32_t>(groups.area_share.size() - 2);
+    groups.area_share[groups.of_cluster[c.value]] += flux.area_of_cluster[c.value] / flux.area;
     held += points[c.value];
     left -= points[c.value];
     if (held < kGroupPoints || left < kGroupPoints) continue;
     held = 0;
-    groups.area_share.push_back(0);
+    groups.area_share.insert(groups.area_share.end(), 2, 0.0);
   }
-  for (Sample& s : samples) s.group = groups.of_cluster[s.point.cluster.value];
+  for (Sample& s : samples) s.group = groups.of_cluster[s.point.cluster.value] + s.bright;
   return groups;
 }
 
@@ -232,11 +241,12 @@ struct Answer {
 
 // The numbers of one group, means by weight.
 struct Group {
-  double weight = 0;
+  double weight = 0, area_share = 0;
   Spectrum reflected{0};   // ρ r
   Spectrum balanced{0};    // residual and loss
   Spectrum covariance{0};  // of the two means
   Spectrum variance{0};    // of the latter's mean
+  double unit = 0;         // of its unknown: bright groups' errors go with their brightness
 };
 
 class Analysis {
@@ -248,12 +258,12 @@ class Analysis {
   // block: left out; kBlocks: none.
   Answer without(std::size_t block) const {
     const std::vector<Group> groups = summarise(block);
-    const std::vector<Spectrum> radiosity = spread(groups, block);
+    const std::vector<Spectrum> spread_out = spread(groups, block);
     Answer answer;
-    add_squares(radiosity, block, answer);
+    add_squares(spread_out, block, answer);
     Spectrum missing{0};
     for (std::size_t g = 0; g < groups.size(); ++g)
-      missing += flux_.area * groups_.area_share[g] * groups[g].reflected;
+      missing += flux_.area * groups[g].area_share * groups[g].reflected;
     const double emitted = luminance(flux_.emitted);
     if (emitted > 0) answer.closure = 1 - luminance(missing) / emitted;
     return answer;
@@ -274,11 +284,17 @@ class Analysis {
       g.weight += s.weight;
       g.reflected += s.weight * s.reflectance * s.residual;
       g.balanced += s.weight * s.balanced;
+      g.unit += s.weight * (s.bright ? luminance(s.reflectance * s.irradiance) : 1);
     });
-    for (Group& g : groups) {
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+      Group& g = groups[k];
       if (!(g.weight > 0)) continue;
+      const std::size_t first = k & ~std::size_t{1};
+      g.area_share =
+          groups_.area_share[first] * g.weight / (groups[first].weight + groups[first + 1].weight);
       g.reflected /= g.weight;
       g.balanced /= g.weight;
+      g.unit /= g.weight;
     }
     each(block, [&](std::size_t, const Sample& s) {
       Group& g = groups[s.group];
@@ -295,7 +311,7 @@ class Analysis {
     std::vector<Group> groups = sample_means(block);
     Spectrum off = -flux_.balance(), variance{0};
     for (std::size_t g = 0; g < groups.size(); ++g) {
-      const double a = groups_.area_share[g];
+      const double a = groups[g].area_share;
       off += a * groups[g].balanced;
       variance += a * a * groups[g].variance;
     }
@@ -303,23 +319,25 @@ class Analysis {
       for (int c = 0; c < kChannels; ++c)
         if (variance[c] > 0)
           groups[g].reflected[c] -=
-              groups_.area_share[g] * groups[g].covariance[c] / variance[c] * off[c];
+              groups[g].area_share * groups[g].covariance[c] / variance[c] * off[c];
     return groups;
   }
 
-  // b = u + T b: the error of each group's radiosity, where T tells what its points reflect of what
-  // they see of each group. Gauss elimination; T's rows sum to less than 1.
+  // b = u + T b: what each group's radiosity lacks, of bright ones in parts of that; T tells what
+  // its points reflect of what comes to them from each group. By Gauss' elimination, without
+  // pivots: light dies out from bounce to bounce, so that I − T is an M-matrix.
   std::vector<Spectrum> spread(std::span<const Group> groups, std::size_t block) const {
     const std::size_t n = groups.size();
-    std::vector<Spectrum> matrix(n * n, Spectrum{0}), b(n);
+    std::vector<Spectrum> matrix(n * n, Spectrum{0}), b(n, Spectrum{0});
     each(block, [&](std::size_t i, const Sample& s) {
       const std::span<const double> row = shares_.row(i);
-      for (std::size_t h = 0; h < n; ++h)
-        matrix[s.group * n + h] -= s.weight / groups[s.group].weight * row[h] * s.reflectance;
+      const Group& g = groups[s.group];
+      const double share = s.weight / (g.weight * g.unit);
+      for (std::size_t h = 0; h < n; ++h) matrix[s.group * n + h] -= share * row[h] * s.reflectance;
     });
     for (std::size_t g = 0; g < n; ++g) {
       matrix[g * n + g] += Spectrum{1};
-      b[g] = groups[g].reflected;
+      if (groups[g].weight > 0) b[g] = groups[g].reflected / groups[g].unit;
     }
     for (std::size_t k = 0; k < n; ++k)
       for (std::size_t g = k + 1; g < n; ++g) {
@@ -335,19 +353,19 @@ class Analysis {
   }
 
   // Light at a point that its sources lack.
-  double smooth_part(std::size_t i, std::span<const Spectrum> radiosity) const {
+  double smooth_part(std::size_t i, std::span<const Spectrum> missing) const {
     const std::span<const double> row = shares_.row(i);
     Spectrum sum{0};
-    for (std::size_t h = 0; h < radiosity.size(); ++h) sum += row[h] * radiosity[h];
+    for (std::size_t h = 0; h < missing.size(); ++h) sum += row[h] * missing[h];
     return luminance(sum);
   }
 
-  void add_squares(std::span<const Spectrum> radiosity, std::size_t block, Answer& answer) const {
+  void add_squares(std::span<const Spectrum> missing, std::size_t block, Answer& answer) const {
     double mean = 0, weight = 0;
     std::vector<double> smooth(samples_.size(), 0);
     each(block, [&](std::size_t i, const Sample& s) {
       if (!s.counts) return;
-      smooth[i] = smooth_part(i, radiosity);
+      smooth[i] = smooth_part(i, missing);
       mean += s.weight * (s.fresh + smooth[i]);
       weight += s.weight;
     });
@@ -409,7 +427,9 @@ Result<ErrorEstimate> estimate_error(const Model& model, ClusterStore& store, Fr
   const std::clock_t start = std::clock();
   const Result<Flux> flux = measure_flux(model, store);
   if (!flux.ok()) return flux.status();
-  Result<std::vector<Sample>> drawn = draw_points(model, store, *flux, settings);
+  const Result<BrightSources> bright = BrightSources::find(model, store);
+  if (!bright.ok()) return bright.status();
+  Result<std::vector<Sample>> drawn = draw_points(model, store, *bright, *flux, settings);
   if (!drawn.ok()) return drawn.status();
   std::vector<Sample>& samples = *drawn;
   const Groups groups = form_groups(model, *flux, samples);
@@ -417,7 +437,7 @@ Result<ErrorEstimate> estimate_error(const Model& model, ClusterStore& store, Fr
   std::vector<GatherPoint> points;
   for (const Sample& s : samples) points.push_back(s.point);
   const FreshSettings gather{settings.directions, kReplicates, mixed(settings.seed, 0)};
-  const auto fresh_values = fresh.gather(points, gather, &shares);
+  const auto fresh_values = fresh.gather(*bright, points, gather, &shares);
   if (!fresh_values.ok()) return fresh_values.status();
   for (std::size_t i = 0; i < samples.size(); ++i) compare((*fresh_values)[i], samples[i]);
   ErrorEstimate estimate;

@@ -30,8 +30,8 @@
 namespace atrium {
 
 struct EstimateSettings {
-  int points = 1024;
-  int directions = 512;  // a point
+  int points = 2048;
+  int directions = 256;  // a point
   std::uint64_t seed = 1;
 };
 

@@ -60,6 +60,7 @@ struct FreshGather::RayEnd {
   std::uint32_t patch = kEscaped;
   std::uint32_t replicate = 0;
   bool shadow = false;  // to a bright element, for what that reflects
+  bool bright = false;  // on a bright element
   double weight = 0;    // of the radiosity
   Vec3 x{0};
   Spectrum arriving{0};  // lx
@@ -163,7 +164,7 @@ void FreshGather::trace_point(const RayScene& scene, std::size_t i, Batch& batch
       if (s.source->lamp())
         direct += s.weight * s.source->radiosity;
       else
-        ends.push_back({s.source->patch.value, r, true, s.weight, s.x, Spectrum{0}});
+        ends.push_back({s.source->patch.value, r, true, true, s.weight, s.x, Spectrum{0}});
   }
 }
 
@@ -192,15 +193,14 @@ Status FreshGather::trace(Batch& batch) {
 }
 
 // What a ray brings of the patch that it met. What shadow rays bring is not brought again.
-Spectrum FreshGather::arriving(const RayEnd& end, const PatchView& patch,
-                               const BrightSources& bright) const {
+void FreshGather::arrive(RayEnd& end, const PatchView& patch, const BrightSources& bright) const {
   const Vec2 p = patch.head->frame.to_plane(end.x);
   const std::int32_t leaf = leaf_at(patch, p);
-  const bool by_shadow_rays = bright.reflects_brightly(patch, leaf);
+  end.bright = bright.reflects_brightly(patch, leaf);
   Spectrum b{0};
-  if (end.shadow == by_shadow_rays) b += patch.head->reflectance * polynomial_at(patch, leaf, p);
+  if (end.shadow == end.bright) b += patch.head->reflectance * polynomial_at(patch, leaf, p);
   if (!end.shadow && !bright.is_lamp(PatchId(end.patch))) b += patch.head->exitance;
-  return end.weight * b;
+  end.arriving = end.weight * b;
 }
 
 // What each ray brings, source by source.
@@ -222,7 +222,7 @@ Status FreshGather::read_off(Batch& batch) {
     if (!view.ok()) return view.status();
     const std::uint32_t first_patch = model_.clusters[cluster.value].first_patch;
     tbb::parallel_for(first, last, [&](std::size_t k) {
-      lit[k]->arriving = arriving(*lit[k], view->patch(lit[k]->patch - first_patch), *batch.bright);
+      arrive(*lit[k], view->patch(lit[k]->patch - first_patch), *batch.bright);
     });
   }
   return {};
@@ -237,13 +237,16 @@ void FreshGather::conclude(const Batch& batch, std::size_t i, FreshIrradiance& r
                              batch.direct.begin() + std::ptrdiff_t((i + 1) * batch.replicates()));
   for (const RayEnd& end : batch.ends[i]) {
     sums[end.replicate] += end.arriving;
-    if (end.shadow) continue;
-    if (end.patch == RayEnd::kEscaped)
-      result.escaped += share;
-    else if (end.patch == RayEnd::kBlack)
-      result.black += share;
-    else if (row)
-      row[shares->group_of_cluster[model_.patches[end.patch].cluster.value]] += share;
+    if (!end.shadow) {
+      result.escaped += end.patch == RayEnd::kEscaped ? share : 0;
+      result.black += end.patch == RayEnd::kBlack ? share : 0;
+    }
+    if (!row || !end.lit()) continue;
+    double* const at = row + shares->group_of_cluster[model_.patches[end.patch].cluster.value];
+    if (end.shadow)
+      at[1] += luminance(end.arriving) / n;
+    else if (!end.bright)
+      at[0] += share;
   }
   Spectrum squares{0};
   for (const Spectrum& e : sums) result.mean += e / n;
@@ -252,7 +255,8 @@ void FreshGather::conclude(const Batch& batch, std::size_t i, FreshIrradiance& r
     result.standard_error[c] = std::sqrt(squares[c] / (n * (n - 1)));
 }
 
-Result<std::vector<FreshIrradiance>> FreshGather::gather(std::span<const GatherPoint> points,
+Result<std::vector<FreshIrradiance>> FreshGather::gather(const BrightSources& bright,
+                                                         std::span<const GatherPoint> points,
                                                          const FreshSettings& settings,
                                                          RayShares* shares) {
   ATRIUM_CHECK(settings.replicates >= 1 && settings.directions >= settings.replicates);
@@ -266,11 +270,9 @@ Result<std::vector<FreshIrradiance>> FreshGather::gather(std::span<const GatherP
   };
   std::stable_sort(by_room.begin(), by_room.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return room(a) < room(b); });
-  const Result<BrightSources> bright = BrightSources::find(model_, store_);
-  if (!bright.ok()) return bright.status();
   Batch batch;
   batch.points = points;
-  batch.bright = &*bright;
+  batch.bright = &bright;
   batch.settings = settings;
   const std::size_t most = std::max<std::size_t>(1, kRaysABatch / batch.directions());
   for (std::size_t first = 0; first < by_room.size(); first += most) {

@@ -51,9 +51,11 @@ struct FreshIrradiance {
   double black = 0;            // that meet black backs, or nothing that light reaches
 };
 
-// Where the rays went: the share of each point's directions that met each group of clusters.
+// Where a point's light comes from, group of clusters by group: the share of its directions that
+// meet even elements of them, and after it, at the next number, the luminance in lx of what their
+// bright elements reflect to it.
 struct RayShares {
-  std::span<const std::uint32_t> group_of_cluster;
+  std::span<const std::uint32_t> group_of_cluster;  // even numbers
   std::size_t groups = 0;
   std::vector<double> of_point;  // points × groups
 
@@ -66,9 +68,10 @@ class FreshGather {
  public:
   FreshGather(const Model& model, ClusterStore& store, RayWorlds& worlds);
 
-  // In the points' order; reads every cluster's record to find what is bright. shares: filled where
-  // it is asked for.
-  Result<std::vector<FreshIrradiance>> gather(std::span<const GatherPoint> points,
+  // In the points' order. bright: of the solution as it is stored now. shares: filled where it is
+  // asked for.
+  Result<std::vector<FreshIrradiance>> gather(const BrightSources& bright,
+                                              std::span<const GatherPoint> points,
                                               const FreshSettings& settings,
                                               RayShares* shares = nullptr);
 
@@ -83,7 +86,7 @@ class FreshGather {
                 std::size_t count, std::uint64_t key, std::vector<RayEnd>& ends) const;
   void trace_point(const RayScene& scene, std::size_t i, Batch& batch) const;
   PatchId facing_side(const Hit& hit, const Vec3& direction) const;
-  Spectrum arriving(const RayEnd& end, const PatchView& patch, const BrightSources& bright) const;
+  void arrive(RayEnd& end, const PatchView& patch, const BrightSources& bright) const;
   Status read_off(Batch& batch);
   void conclude(const Batch& batch, std::size_t i, FreshIrradiance& result,
                 RayShares* shares) const;

@@ -124,7 +124,9 @@ Result<std::vector<FreshIrradiance>> Solution::final_gather(std::span<const Gath
     parts_->fresh = std::make_unique<FreshGather>(model, *parts_->store, *parts_->worlds);
   }
   parts_->pin = {};
-  return parts_->fresh->gather(points, settings);
+  const Result<BrightSources> bright = BrightSources::find(parts_->run.model, *parts_->store);
+  if (!bright.ok()) return bright.status();
+  return parts_->fresh->gather(*bright, points, settings);
 }
 
 std::int32_t leaf_at(const PatchView& patch, const Vec2& p) {
