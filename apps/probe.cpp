@@ -19,7 +19,7 @@ constexpr double kOnSurface = 1e-6;
 constexpr int kFreeDirections = 4096;
 constexpr std::uint64_t kMostDirections = 1u << 20;  // a point's rays are held at once
 
-struct Probe {
+struct ProbeOptions {
   std::vector<std::string> words;  // RUN, then the points
   std::string output;
   int directions = 0;  // of --final-gather; 0: read off the elements
@@ -128,7 +128,7 @@ std::string csv(const std::vector<ProbePoint>& points, const std::vector<ProbeAn
   return text;
 }
 
-Result<int> run_probe(const Probe& probe, const Global& global) {
+Result<int> run_probe(const ProbeOptions& probe, const Global& global) {
   const std::string file = probe.words.size() > 1 ? probe.words[1] : "-";
   const Result<std::string> text = read_input(file);
   if (!text.ok()) return text.status();
@@ -146,7 +146,7 @@ Result<int> run_probe(const Probe& probe, const Global& global) {
 }  // namespace
 
 Command probe_command() {
-  auto probe = std::make_shared<Probe>();
+  auto probe = std::make_shared<ProbeOptions>();
   Command command{"probe", "the solution at points", {}, {}};
   command.options.argument("RUN", "a run directory; then a file of points, or - for stdin", 1, 2,
                            probe->words);

@@ -21,6 +21,9 @@ constexpr std::size_t kGroupPoints = 48;
 // Blocks of points that the jackknife leaves out in turn, and Student's 97.5% quantile for them.
 constexpr std::size_t kBlocks = 32;
 constexpr double kQuantile = 2.04;
+// A point is covered, as floors are under furniture, if no less of its rays than this is lost: no
+// light reaches it, and none sees it.
+constexpr double kCovered = 1 - 1e-9;
 
 // How the points are spread: even over the area, over the leaves, which are small where refinement
 // met error, and over the light sent out, whose loss or gain all others inherit.
@@ -115,7 +118,8 @@ struct Sample {
   Spectrum balanced{0};    // residual + radiosity × share lost: of known mean
   double fresh = 0;        // lx, luminance
   double noise = 0;        // lx, fresh's standard error
-  bool counts = false;     // a front that light reaches
+  bool open = false;       // some of its rays meet what is lit, or it has light at least
+  bool counts() const { return front && open; }
 };
 
 Sample sample_at(const PatchView& patch, std::size_t leaf, const Vec2& square) {
@@ -229,7 +233,7 @@ void compare(const FreshIrradiance& fresh, Sample& s) {
   s.balanced = s.residual + (fresh.escaped + fresh.black) * s.radiosity;
   s.fresh = luminance(fresh.mean);
   s.noise = luminance(fresh.standard_error);
-  s.counts = s.front && (s.fresh > 0 || s.shown > 0);
+  s.open = s.fresh > 0 || fresh.escaped + fresh.black < kCovered;
 }
 
 // What the points, those of one block left out, say.
@@ -241,12 +245,13 @@ struct Answer {
 
 // The numbers of one group, means by weight.
 struct Group {
-  double weight = 0, area_share = 0;
-  Spectrum reflected{0};   // ρ r
-  Spectrum balanced{0};    // residual and loss
-  Spectrum covariance{0};  // of the two means
-  Spectrum variance{0};    // of the latter's mean
-  double unit = 0;         // of its unknown: bright groups' errors go with their brightness
+  double weight = 0, open = 0;  // of all its points, and of those that are not covered
+  double area_share = 0;        // of all
+  Spectrum reflected{0};        // ρ r, of those not covered
+  Spectrum balanced{0};         // residual and loss
+  Spectrum covariance{0};       // of the two means
+  Spectrum variance{0};         // of the latter's mean
+  double unit = 0;              // of its unknown: bright groups' errors go with their brightness
 };
 
 class Analysis {
@@ -263,7 +268,9 @@ class Analysis {
     add_squares(spread_out, block, answer);
     Spectrum missing{0};
     for (std::size_t g = 0; g < groups.size(); ++g)
-      missing += flux_.area * groups[g].area_share * groups[g].reflected;
+      if (groups[g].weight > 0)
+        missing += flux_.area * groups[g].area_share * groups[g].open / groups[g].weight *
+                   groups[g].reflected;
     const double emitted = luminance(flux_.emitted);
     if (emitted > 0) answer.closure = 1 - luminance(missing) / emitted;
     return answer;
@@ -282,8 +289,10 @@ class Analysis {
     each(block, [&](std::size_t, const Sample& s) {
       Group& g = groups[s.group];
       g.weight += s.weight;
-      g.reflected += s.weight * s.reflectance * s.residual;
       g.balanced += s.weight * s.balanced;
+      if (!s.open) return;
+      g.open += s.weight;
+      g.reflected += s.weight * s.reflectance * s.residual;
       g.unit += s.weight * (s.bright ? luminance(s.reflectance * s.irradiance) : 1);
     });
     for (std::size_t k = 0; k < groups.size(); ++k) {
@@ -292,16 +301,17 @@ class Analysis {
       const std::size_t first = k & ~std::size_t{1};
       g.area_share =
           groups_.area_share[first] * g.weight / (groups[first].weight + groups[first + 1].weight);
-      g.reflected /= g.weight;
       g.balanced /= g.weight;
-      g.unit /= g.weight;
+      if (!(g.open > 0)) continue;
+      g.reflected /= g.open;
+      g.unit /= g.open;
     }
     each(block, [&](std::size_t, const Sample& s) {
       Group& g = groups[s.group];
-      const double w = s.weight / g.weight;
-      const Spectrum y = w * (s.balanced - g.balanced);
-      g.covariance += w * (s.reflectance * s.residual - g.reflected) * y;
+      const Spectrum y = s.weight / g.weight * (s.balanced - g.balanced);
       g.variance += y * y;
+      if (s.open)
+        g.covariance += s.weight / g.open * (s.reflectance * s.residual - g.reflected) * y;
     });
     return groups;
   }
@@ -330,14 +340,15 @@ class Analysis {
     const std::size_t n = groups.size();
     std::vector<Spectrum> matrix(n * n, Spectrum{0}), b(n, Spectrum{0});
     each(block, [&](std::size_t i, const Sample& s) {
+      if (!s.open) return;
       const std::span<const double> row = shares_.row(i);
       const Group& g = groups[s.group];
-      const double share = s.weight / (g.weight * g.unit);
+      const double share = s.weight / (g.open * g.unit);
       for (std::size_t h = 0; h < n; ++h) matrix[s.group * n + h] -= share * row[h] * s.reflectance;
     });
     for (std::size_t g = 0; g < n; ++g) {
       matrix[g * n + g] += Spectrum{1};
-      if (groups[g].weight > 0) b[g] = groups[g].reflected / groups[g].unit;
+      if (groups[g].open > 0) b[g] = groups[g].reflected / groups[g].unit;
     }
     for (std::size_t k = 0; k < n; ++k)
       for (std::size_t g = k + 1; g < n; ++g) {
@@ -364,7 +375,7 @@ class Analysis {
     double mean = 0, weight = 0;
     std::vector<double> smooth(samples_.size(), 0);
     each(block, [&](std::size_t i, const Sample& s) {
-      if (!s.counts) return;
+      if (!s.counts()) return;
       smooth[i] = smooth_part(i, missing);
       mean += s.weight * (s.fresh + smooth[i]);
       weight += s.weight;
@@ -372,7 +383,7 @@ class Analysis {
     if (!(mean > 0)) return;
     mean /= weight;
     each(block, [&](std::size_t i, const Sample& s) {
-      if (!s.counts) return;
+      if (!s.counts()) return;
       const double scale = std::max(mean, s.fresh + smooth[i]);
       const double share = s.weight / (weight * scale * scale);
       const double near = s.fresh - s.shown, all = near + smooth[i];

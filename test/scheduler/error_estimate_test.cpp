@@ -75,6 +75,24 @@ TEST(ErrorEstimate, NothingSolvedIsWrongByAll) {
   EXPECT_NEAR(estimate(f.run, kFew).error, 1, 1e-6);
 }
 
+// The floor under a box stands in the dark, whatever the solution has there: it is no error, and
+// none that others inherit. All else is a furnace.
+TEST(ErrorEstimate, ACoveredFloorIsNotAsked) {
+  constexpr double kRho = 0.5, kTruth = kExitance / (1 - kRho);
+  const Vec3 room{4, 3, 2.7};
+  Builder b("a box in a furnace");
+  const PaintId glow = b.paint("glow", kRho, kExitance / kPi);
+  b.walls_and_floor(glow, Vec3{0}, room);
+  b.ceiling(glow, Vec3{0}, room);
+  b.standing_box("box", glow, {1, 1, 0}, {2, 2, 1});
+  Bench bench(b.take());
+  SolvedStore run(solved(bench), kArena);
+  run.change([&](PatchTree& tree) { set_even(tree, kTruth); });
+  const ErrorEstimate e = estimate(run, kFew);
+  EXPECT_LT(e.error, 1e-6);
+  EXPECT_NEAR(e.closure, 1, 1e-6);
+}
+
 void split_all(PatchTree& tree, int times) {
   for (int t = 0; t < times; ++t) {
     const auto count = static_cast<std::int32_t>(tree.elements.size());
