@@ -17,65 +17,84 @@ namespace {
 constexpr double kOnSurface = 1e-6;
 // Directions for points on no surface, where there is nothing to read E off.
 constexpr int kFreeDirections = 4096;
-constexpr std::uint64_t kMostDirections = 1u << 24;
+constexpr std::uint64_t kMostDirections = 1u << 20;  // a point's rays are held at once
 
-struct Probe {
+struct ProbeOptions {
   std::vector<std::string> words;  // RUN, then the points
   std::string output;
   int directions = 0;  // of --final-gather; 0: read off the elements
 };
 
-Status probe_on_patch(Solution& solution, PatchId patch, const Vec3& x, const Vec3& normal,
-                      int directions, ProbeAnswer& answer) {
-  const Result<SurfaceSample> sample = solution.sample(patch, x);
-  if (!sample.ok()) return sample.status();
-  answer.irradiance = sample->irradiance;
-  answer.radiosity = sample->radiosity;
-  answer.cluster = sample->cluster;
-  answer.cell = sample->cell;
-  if (directions == 0) return {};
-  const Result<Spectrum> gathered = solution.final_gather(x, normal, directions);
-  if (!gathered.ok()) return gathered.status();
-  const Result<ClusterView> record = solution.cluster(sample->cluster);
-  if (!record.ok()) return record.status();
-  const std::uint32_t first = solution.run().model.clusters[sample->cluster.value].first_patch;
-  const PatchHead& head = record->patch_head(patch.value - first);
-  answer.irradiance = *gathered;
-  answer.radiosity = head.exitance + head.reflectance * *gathered;
+// Where the points lie, looked up once, and what is read off there.
+struct Places {
+  std::vector<Vec3> x, normal;  // internal frame; unit
+  std::vector<std::optional<PatchId>> patch;
+  std::vector<SurfaceSample> sample;  // of those on a patch
+};
+
+Places find_places(const Solution& solution, const std::vector<ProbePoint>& points) {
+  const RunModel& run = solution.run();
+  const double tolerance = std::max(run.tolerance, kOnSurface * run.bounds.diagonal());
+  Places places;
+  for (const ProbePoint& p : points) {
+    places.x.push_back(run.frame.to_internal(p.x));
+    places.normal.push_back(normalize(p.normal));
+    places.patch.push_back(solution.patch_at(places.x.back(), places.normal.back(), tolerance));
+  }
+  return places;
+}
+
+// Cluster by cluster, so that each record is read once.
+Status read_elements(Solution& solution, Places& places) {
+  std::vector<std::size_t> sequence(places.x.size());
+  std::iota(sequence.begin(), sequence.end(), 0);
+  // Patches of a cluster are contiguous.
+  std::stable_sort(sequence.begin(), sequence.end(),
+                   [&](std::size_t a, std::size_t b) { return places.patch[a] < places.patch[b]; });
+  places.sample.resize(places.x.size());
+  for (const std::size_t i : sequence) {
+    if (!places.patch[i]) continue;
+    Result<SurfaceSample> sample = solution.sample(*places.patch[i], places.x[i]);
+    if (!sample.ok()) return sample.status();
+    places.sample[i] = std::move(sample).value();
+  }
   return {};
 }
 
-Status probe_in_air(Solution& solution, const Vec3& x, const Vec3& normal, int directions,
-                    ProbeAnswer& answer) {
-  const Result<Spectrum> gathered =
-      solution.final_gather(x, normal, directions == 0 ? kFreeDirections : directions);
+// Where that is asked for, and in the air, where there is nothing to read E off.
+Status gather_afresh(Solution& solution, int directions, Places& places) {
+  std::vector<GatherPoint> points;
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < places.x.size(); ++i) {
+    if (directions == 0 && places.patch[i]) continue;
+    points.push_back({places.x[i], places.normal[i], places.sample[i].cluster});
+    numbers.push_back(i);
+  }
+  if (points.empty()) return {};
+  FreshSettings settings;
+  settings.directions = directions == 0 ? kFreeDirections : directions;
+  settings.replicates = 1;
+  const auto gathered = solution.final_gather(points, settings);
   if (!gathered.ok()) return gathered.status();
-  answer.irradiance = *gathered;
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    SurfaceSample& sample = places.sample[numbers[k]];
+    sample.radiosity += sample.reflectance * ((*gathered)[k].mean - sample.irradiance);
+    sample.irradiance = (*gathered)[k].mean;
+  }
   return {};
 }
 
-// Answers in the points' order; looked up cluster by cluster, so that each record is read once.
 Result<std::vector<ProbeAnswer>> probe_points(Solution& solution,
                                               const std::vector<ProbePoint>& points,
                                               int directions) {
-  const RunModel& run = solution.run();
-  const double tolerance = std::max(run.tolerance, kOnSurface * run.bounds.diagonal());
-  std::vector<std::optional<PatchId>> patches;
-  for (const ProbePoint& p : points)
-    patches.push_back(
-        solution.patch_at(run.frame.to_internal(p.x), normalize(p.normal), tolerance));
-  std::vector<std::size_t> sequence(points.size());
-  std::iota(sequence.begin(), sequence.end(), 0);
-  // Patches of a cluster are contiguous; points in the air come first.
-  std::stable_sort(sequence.begin(), sequence.end(),
-                   [&](std::size_t a, std::size_t b) { return patches[a] < patches[b]; });
+  Places places = find_places(solution, points);
+  ATRIUM_RETURN_IF_ERROR(read_elements(solution, places));
+  ATRIUM_RETURN_IF_ERROR(gather_afresh(solution, directions, places));
   std::vector<ProbeAnswer> answers(points.size());
-  for (const std::size_t i : sequence) {
-    const Vec3 x = run.frame.to_internal(points[i].x);
-    const Vec3 normal = normalize(points[i].normal);
-    ATRIUM_RETURN_IF_ERROR(
-        patches[i] ? probe_on_patch(solution, *patches[i], x, normal, directions, answers[i])
-                   : probe_in_air(solution, x, normal, directions, answers[i]));
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const SurfaceSample& s = places.sample[i];
+    answers[i] = {s.irradiance, std::nullopt, s.cluster, s.cell};
+    if (places.patch[i]) answers[i].radiosity = s.radiosity;
   }
   return answers;
 }
@@ -109,7 +128,7 @@ std::string csv(const std::vector<ProbePoint>& points, const std::vector<ProbeAn
   return text;
 }
 
-Result<int> run_probe(const Probe& probe, const Global& global) {
+Result<int> run_probe(const ProbeOptions& probe, const Global& global) {
   const std::string file = probe.words.size() > 1 ? probe.words[1] : "-";
   const Result<std::string> text = read_input(file);
   if (!text.ok()) return text.status();
@@ -127,7 +146,7 @@ Result<int> run_probe(const Probe& probe, const Global& global) {
 }  // namespace
 
 Command probe_command() {
-  auto probe = std::make_shared<Probe>();
+  auto probe = std::make_shared<ProbeOptions>();
   Command command{"probe", "the solution at points", {}, {}};
   command.options.argument("RUN", "a run directory; then a file of points, or - for stdin", 1, 2,
                            probe->words);

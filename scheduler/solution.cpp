@@ -9,7 +9,6 @@
 #include "scheduler/run_model.h"
 #include "scheduler/run_state.h"
 #include "solver/basis.h"
-#include "visibility/occlusion.h"
 
 namespace atrium {
 
@@ -19,13 +18,12 @@ struct Solution::Parts {
   std::unique_ptr<ClusterStore> store;
   ClusterPin pin;
   std::optional<PatchGrid> grid;
-  std::optional<RayScene> rays;
+  std::unique_ptr<RayWorlds> worlds;
+  std::unique_ptr<FreshGather> fresh;
 };
 
 Solution::Solution() : parts_(std::make_unique<Parts>()) {}
-Solution::~Solution() {
-  parts_->pin = {};
-}
+Solution::~Solution() { parts_->pin = {}; }
 
 Result<std::unique_ptr<Solution>> Solution::open(const std::string& directory,
                                                  std::size_t arena_bytes) {
@@ -67,8 +65,7 @@ Result<ClusterView> Solution::cluster(ClusterId id) {
   return ClusterView::parse(parts_->pin.bytes());
 }
 
-Status Solution::for_each_cluster(
-    const std::function<void(ClusterId, const ClusterView&)>& visit) {
+Status Solution::for_each_cluster(const std::function<void(ClusterId, const ClusterView&)>& visit) {
   for (std::size_t c = 0; c < parts_->run.model.clusters.size(); ++c) {
     const Result<ClusterView> view = cluster(ClusterId(c));
     if (!view.ok()) return view.status();
@@ -108,48 +105,41 @@ Result<SurfaceSample> Solution::sample(PatchId id, const Vec3& x) {
   const Patch& patch = model.patches[id.value];
   const Result<ClusterView> view = cluster(patch.cluster);
   if (!view.ok()) return view.status();
-  const PatchView tree =
-      view->patch(id.value - model.clusters[patch.cluster.value].first_patch);
+  const PatchView tree = view->patch(id.value - model.clusters[patch.cluster.value].first_patch);
   const Vec2 p = tree.head->frame.to_plane(x);
   SurfaceSample s;
   s.irradiance = irradiance_at(tree, leaf_at(tree, p), p);
+  s.reflectance = tree.head->reflectance;
   s.radiosity = tree.head->exitance + tree.head->reflectance * s.irradiance;
   s.cluster = patch.cluster;
   s.cell = cell_at(x, tree.head->frame.n);
   return s;
 }
 
-Result<Spectrum> Solution::final_gather(const Vec3& x, const Vec3& normal, int directions) {
-  const Model& model = parts_->run.model;
-  if (!parts_->rays) {
-    std::vector<BlockerPolygon> polygons;
-    for (std::size_t p = 0; p < model.patches.size(); ++p)
-      polygons.push_back({model.polygon(model.patches[p]), static_cast<std::uint32_t>(p)});
-    parts_->rays.emplace(polygons);
+Result<std::vector<FreshIrradiance>> Solution::final_gather(std::span<const GatherPoint> points,
+                                                            const FreshSettings& settings) {
+  if (!parts_->fresh) {
+    const Model& model = parts_->run.model;
+    parts_->worlds = std::make_unique<RayWorlds>(model, *parts_->store, RayUse::kAlways);
+    parts_->fresh = std::make_unique<FreshGather>(model, *parts_->store, *parts_->worlds);
   }
-  Frame f;
-  f.n = normalize(normal);
-  f.u = normalize(cross(std::abs(f.n.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}, f.n));
-  f.v = cross(f.n, f.u);
-  Spectrum sum{0};
-  for (int i = 0; i < directions; ++i) {
-    const Vec3 d = cosine_direction(f, i, directions);
-    const std::optional<Hit> hit = parts_->rays->closest_hit(x, d, model.tolerance);
-    if (!hit) continue;
-    // A hit belongs to the side that faces the ray.
-    const std::optional<PatchId> patch =
-        dot(hit->normal, d) < 0 ? std::optional<PatchId>(PatchId(hit->id))
-                                : patch_at(hit->point, -d, 10 * model.tolerance);
-    if (!patch) continue;
-    const Result<SurfaceSample> s = sample(*patch, hit->point);
-    if (!s.ok()) return s.status();
-    sum += s->radiosity;
-  }
-  return sum / double(directions);
+  parts_->pin = {};
+  const Result<BrightSources> bright = BrightSources::find(parts_->run.model, *parts_->store);
+  if (!bright.ok()) return bright.status();
+  return parts_->fresh->gather(*bright, points, settings);
 }
 
 std::int32_t leaf_at(const PatchView& patch, const Vec2& p) {
-  // How far outside an element's outline p lies; the child with less of it holds p.
+  const auto inside = [&](const Element& e) {
+    const std::span<const Vec2> o = patch.polygon(e);
+    for (std::size_t i = 0; i < o.size(); ++i) {
+      const Vec2 d = o[i + 1 < o.size() ? i + 1 : 0] - o[i], q = p - o[i];
+      if (d.x * q.y - d.y * q.x < 0) return false;
+    }
+    return true;
+  };
+  // How far outside an element's outline p lies; where it is in neither child, for rounding or off
+  // the patch, the one with less of it holds p.
   const auto outside = [&](const Element& e) {
     const std::span<const Vec2> o = patch.polygon(e);
     double worst = -std::numeric_limits<double>::infinity();
@@ -163,18 +153,28 @@ std::int32_t leaf_at(const PatchView& patch, const Vec2& p) {
   std::int32_t i = 0;
   while (!patch.elements[i].leaf()) {
     const std::int32_t c = patch.elements[i].child;
-    i = outside(patch.elements[c]) <= outside(patch.elements[c + 1]) ? c : c + 1;
+    if (inside(patch.elements[c]))
+      i = c;
+    else if (inside(patch.elements[c + 1]))
+      i = c + 1;
+    else
+      i = outside(patch.elements[c]) <= outside(patch.elements[c + 1]) ? c : c + 1;
   }
   return i;
 }
 
-Spectrum irradiance_at(const PatchView& patch, std::int32_t element, const Vec2& p) {
+Spectrum polynomial_at(const PatchView& patch, std::int32_t element, const Vec2& p) {
   const BasisValues phi =
       evaluate_basis(patch.basis_of(element), patch.elements[element], patch.order, p);
   const std::span<const double> e = patch.e_of(element);
   Spectrum sum{0};
   for (int a = 0; a < patch.k(); ++a)
     sum += phi[a] * Spectrum{e[3 * a], e[3 * a + 1], e[3 * a + 2]};
+  return sum;
+}
+
+Spectrum irradiance_at(const PatchView& patch, std::int32_t element, const Vec2& p) {
+  const Spectrum sum = polynomial_at(patch, element, p);
   // The basis rings below zero beside sharp shadows: clamped here, where it is shown.
   return {std::max(0.0, sum.x), std::max(0.0, sum.y), std::max(0.0, sum.z)};
 }

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,25 +17,27 @@
 #include "engine/model.h"
 #include "engine/scene.h"
 #include "engine/status.h"
+#include "scheduler/fresh_gather.h"
 
 namespace atrium {
 
 // What a run needs to know of its scene and partition beside the cluster records.
 struct RunModel {
   SceneFrame frame;
-  Box bounds;               // internal frame
-  double tolerance = 0;     // m
-  int order = 1;            // of the basis
+  Box bounds;            // internal frame
+  double tolerance = 0;  // m
+  int order = 1;         // of the basis
   std::vector<std::string> files;
   std::vector<std::string> object_names;    // by ObjectId
   std::vector<std::string> material_names;  // by MaterialId
-  Model model;              // all of it, contacts apart
+  Model model;                              // all of it, contacts apart
 };
 
 // What stands at a point of a surface.
 struct SurfaceSample {
   Spectrum irradiance{0};  // lx
   Spectrum radiosity{0};   // lm/m²
+  Spectrum reflectance{0};
   ClusterId cluster;
   CellId cell;
 };
@@ -54,15 +57,16 @@ class Solution {
   // One cluster; the view holds until the next call of any of these.
   Result<ClusterView> cluster(ClusterId id);
 
-  // The patch side that the point (m, internal frame) lies on within `tolerance`, seen from the side
-  // the normal points to; none if there is none.
+  // The patch side that the point (m, internal frame) lies on within `tolerance`, seen from the
+  // side the normal points to; none if there is none.
   std::optional<PatchId> patch_at(const Vec3& x, const Vec3& normal, double tolerance) const;
   // The cell the point lies in, a little off the surface along the normal; invalid if in none.
   CellId cell_at(const Vec3& x, const Vec3& normal) const;
   // E and B of a patch at a point of it.
   Result<SurfaceSample> sample(PatchId patch, const Vec3& x);
-  // E gathered at a point with `directions` rays from the solution itself. [final gather]
-  Result<Spectrum> final_gather(const Vec3& x, const Vec3& normal, int directions);
+  // E gathered at points with rays from the solution itself, in their order. [final gather]
+  Result<std::vector<FreshIrradiance>> final_gather(std::span<const GatherPoint> points,
+                                                    const FreshSettings& settings);
 
  private:
   Solution();
@@ -72,7 +76,8 @@ class Solution {
 
 // The element of a tree that holds p (patch frame): the leaf, found from the root.
 std::int32_t leaf_at(const PatchView& patch, const Vec2& p);
-// E of an element's polynomial at p, lx.
+// E of an element's polynomial at p, lx: as it was solved, and as it is shown.
+Spectrum polynomial_at(const PatchView& patch, std::int32_t element, const Vec2& p);
 Spectrum irradiance_at(const PatchView& patch, std::int32_t element, const Vec2& p);
 
 }  // namespace atrium

@@ -1,0 +1,462 @@
+#include "scheduler/error_estimate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <functional>
+#include <vector>
+
+#include "engine/cluster_record.h"
+#include "scheduler/sample_sequence.h"
+#include "scheduler/solution.h"
+
+namespace atrium {
+
+namespace {
+
+// Parts of a point's directions that tell its noise.
+constexpr int kReplicates = 8;
+// Groups of clusters hold no fewer points than this, or the smooth part would be noise itself.
+constexpr std::size_t kGroupPoints = 48;
+// Blocks of points that the jackknife leaves out in turn, and Student's 97.5% quantile for them.
+constexpr std::size_t kBlocks = 32;
+constexpr double kQuantile = 2.04;
+// A point is covered, as floors are under furniture, if no less of its rays than this is lost: no
+// light reaches it, and none sees it.
+constexpr double kCovered = 1 - 1e-9;
+
+// How the points are spread: even over the area, over the leaves, which are small where refinement
+// met error, and over the light sent out, whose loss or gain all others inherit.
+constexpr double kByArea = 0.4, kByLeaf = 0.3, kByLight = 0.3;
+// A back is not asked for its own error, only for what it sends on.
+constexpr double kBack = 0.25;
+
+double light_of(const PatchHead& head, const Spectrum& e) {
+  return std::max(0.0, luminance(head.exitance + head.reflectance * e));
+}
+
+Spectrum mean_of(const PatchView& patch, std::size_t element) {
+  const std::span<const double> e = patch.e_of(element);
+  return {e[0], e[1], e[2]};
+}
+
+// The solution's own sums over all patches that receive.
+struct Flux {
+  double area = 0;  // m²
+  double leaves = 0;
+  double light = 0;  // lm, luminance of what leaves send out
+  std::vector<double> area_of_cluster;
+  Spectrum emitted{0}, arriving{0}, reflected{0};  // ∫ M, ∫ E, ∫ ρE dA, lm
+
+  void add(std::size_t cluster, const PatchView& patch) {
+    const PatchHead& head = *patch.head;
+    const Spectrum e = head.area * mean_of(patch, 0);
+    area += head.area;
+    area_of_cluster[cluster] += head.area;
+    emitted += head.area * head.exitance;
+    arriving += e;
+    reflected += head.reflectance * e;
+    for (std::size_t i = 0; i < patch.elements.size(); ++i) {
+      if (!patch.elements[i].leaf()) continue;
+      leaves += 1;
+      light += patch.elements[i].area * light_of(head, mean_of(patch, i));
+    }
+  }
+  // What the residual and the loss have for a mean, from the flux balance.
+  Spectrum balance() const { return (emitted + reflected - arriving) / area; }
+  // Points that a leaf is due, up to one factor for all.
+  double due(const PatchHead& head, bool back, double leaf_area, const Spectrum& e) const {
+    const double sent = light > 0 ? kByLight * leaf_area * light_of(head, e) / light : 0;
+    return (back ? kBack : 1) * (kByArea * leaf_area / area + kByLeaf / leaves) + sent;
+  }
+};
+
+// Clusters room by room, in the model's order: neighbours in space are neighbours here.
+std::vector<ClusterId> room_by_room(const Model& model) {
+  std::vector<ClusterId> order;
+  for (std::size_t c = 0; c < model.clusters.size(); ++c) order.push_back(ClusterId(c));
+  std::stable_sort(order.begin(), order.end(), [&](ClusterId a, ClusterId b) {
+    return model.clusters[a.value].room < model.clusters[b.value].room;
+  });
+  return order;
+}
+
+// Calls `visit` with each patch that receives, room by room.
+Status each_patch(const Model& model, ClusterStore& store,
+                  const std::function<void(ClusterId, const PatchView&)>& visit) {
+  for (const ClusterId c : room_by_room(model)) {
+    const Result<ClusterPin> pin = store.read(record_id(RecordKind::kCluster, c.value));
+    if (!pin.ok()) return pin.status();
+    const Result<ClusterView> view = ClusterView::parse(pin->bytes());
+    if (!view.ok()) return view.status();
+    for (std::size_t p = 0; p < view->size(); ++p)
+      if (!view->patch_head(p).inert) visit(c, view->patch(p));
+  }
+  return {};
+}
+
+Result<Flux> measure_flux(const Model& model, ClusterStore& store) {
+  Flux flux;
+  flux.area_of_cluster.assign(model.clusters.size(), 0);
+  const Status read = each_patch(
+      model, store, [&](ClusterId c, const PatchView& patch) { flux.add(c.value, patch); });
+  if (!read.ok()) return read;
+  return flux;
+}
+
+// A random point, what stands there and what a fresh gather says of it.
+struct Sample {
+  GatherPoint point;
+  std::uint32_t group = 0;
+  double weight = 0;  // m², up to one factor for all: the area that it stands for
+  bool front = false, bright = false;
+  Spectrum reflectance{0};
+  Spectrum irradiance{0};  // lx, as solved
+  Spectrum radiosity{0};   // lm/m², likewise
+  double shown = 0;        // lx, luminance
+  Spectrum residual{0};    // lx, fresh − as solved
+  Spectrum balanced{0};    // residual + radiosity × share lost: of known mean
+  double fresh = 0;        // lx, luminance
+  double noise = 0;        // lx, fresh's standard error
+  bool open = false;       // some of its rays meet what is lit, or it has light at least
+  bool counts() const { return front && open; }
+};
+
+Sample sample_at(const PatchView& patch, std::size_t leaf, const Vec2& square) {
+  Polygon outline;
+  for (const Vec2& v : patch.polygon(patch.elements[leaf])) outline.push_back(patch.point(v));
+  const PatchHead& head = *patch.head;
+  Sample s;
+  s.point.x = point_of(outline, square);
+  s.point.normal = head.frame.n;
+  const Vec2 p = head.frame.to_plane(s.point.x);
+  const auto i = static_cast<std::int32_t>(leaf);
+  s.reflectance = head.reflectance;
+  s.irradiance = polynomial_at(patch, i, p);
+  s.radiosity = head.exitance + head.reflectance * s.irradiance;
+  s.shown = luminance(irradiance_at(patch, i, p));
+  return s;
+}
+
+// One point in each of so many equal parts of what leaves are due, laid out room by room.
+class Draw {
+ public:
+  Draw(const Model& model, const BrightSources& bright, const Flux& flux, double whole,
+       const EstimateSettings& settings)
+      : model_(model),
+        bright_(bright),
+        flux_(flux),
+        settings_(settings),
+        step_(whole / settings.points) {
+    place_next();
+  }
+
+  void add(ClusterId cluster, const PatchView& patch) {
+    const bool back = model_.patches[patch.head->patch].back;
+    for (std::size_t i = 0; i < patch.elements.size(); ++i) {
+      const Element& e = patch.elements[i];
+      if (!e.leaf()) continue;
+      const double due = flux_.due(*patch.head, back, e.area, mean_of(patch, i));
+      for (passed_ += due; at_ < passed_ && more(); place_next()) {
+        const SampleSequence place(mixed(settings_.seed, 2 * samples_.size()));
+        Sample s = sample_at(patch, i, place.at(0));
+        s.point.cluster = cluster;
+        s.weight = e.area / due;
+        s.front = !back;
+        s.bright = bright_.reflects_brightly(patch, static_cast<std::int32_t>(i));
+        samples_.push_back(s);
+      }
+    }
+  }
+  std::vector<Sample> take() { return std::move(samples_); }
+
+ private:
+  bool more() const { return samples_.size() < static_cast<std::size_t>(settings_.points); }
+  void place_next() {
+    const SampleSequence chance(mixed(settings_.seed, 2 * samples_.size() + 1));
+    at_ = (static_cast<double>(samples_.size()) + chance.at(0).x) * step_;
+  }
+
+  const Model& model_;
+  const BrightSources& bright_;
+  const Flux& flux_;
+  const EstimateSettings& settings_;
+  const double step_;
+  double passed_ = 0, at_ = 0;
+  std::vector<Sample> samples_;
+};
+
+Result<std::vector<Sample>> draw_points(const Model& model, ClusterStore& store,
+                                        const BrightSources& bright, const Flux& flux,
+                                        const EstimateSettings& settings) {
+  double whole = 0;
+  const auto weigh = [&](ClusterId, const PatchView& patch) {
+    const bool back = model.patches[patch.head->patch].back;
+    for (std::size_t i = 0; i < patch.elements.size(); ++i)
+      if (const Element& e = patch.elements[i]; e.leaf())
+        whole += flux.due(*patch.head, back, e.area, mean_of(patch, i));
+  };
+  ATRIUM_RETURN_IF_ERROR(each_patch(model, store, weigh));
+  Draw draw(model, bright, flux, whole, settings);
+  ATRIUM_RETURN_IF_ERROR(
+      each_patch(model, store, [&](ClusterId c, const PatchView& patch) { draw.add(c, patch); }));
+  return draw.take();
+}
+
+// Runs of clusters with points enough. Each has a second group for its bright elements, since what
+// a ceiling reflects onto the lamp below it is not what it reflects into the room.
+struct Groups {
+  std::vector<std::uint32_t> of_cluster;  // even numbers
+  std::vector<double> area_share;  // of all; of a group and its second one in the first's place
+};
+
+Groups form_groups(const Model& model, const Flux& flux, std::span<Sample> samples) {
+  std::vector<std::size_t> points(model.clusters.size(), 0);
+  for (const Sample& s : samples) ++points[s.point.cluster.value];
+  Groups groups{std::vector<std::uint32_t>(model.clusters.size(), 0), {0, 0}};
+  std::size_t left = samples.size(), held = 0;
+  for (const ClusterId c : room_by_room(model)) {
+    groups.of_cluster[c.value] = static_cast<std::uint32_t>(groups.area_share.size() - 2);
+    groups.area_share[groups.of_cluster[c.value]] += flux.area_of_cluster[c.value] / flux.area;
+    held += points[c.value];
+    left -= points[c.value];
+    if (held < kGroupPoints || left < kGroupPoints) continue;
+    held = 0;
+    groups.area_share.insert(groups.area_share.end(), 2, 0.0);
+  }
+  for (Sample& s : samples) s.group = groups.of_cluster[s.point.cluster.value] + s.bright;
+  return groups;
+}
+
+void compare(const FreshIrradiance& fresh, Sample& s) {
+  s.residual = fresh.mean - s.irradiance;
+  s.balanced = s.residual + (fresh.escaped + fresh.black) * s.radiosity;
+  s.fresh = luminance(fresh.mean);
+  s.noise = luminance(fresh.standard_error);
+  s.open = s.fresh > 0 || fresh.escaped + fresh.black < kCovered;
+}
+
+// What the points, those of one block left out, say.
+struct Answer {
+  double square = 0;  // of the error
+  double local = 0;   // the same without the smooth part
+  double closure = 1;
+};
+
+// The numbers of one group, means by weight.
+struct Group {
+  double weight = 0, open = 0;  // of all its points, and of those that are not covered
+  double area_share = 0;        // of all
+  Spectrum reflected{0};        // ρ r, of those not covered
+  Spectrum balanced{0};         // residual and loss
+  Spectrum covariance{0};       // of the two means
+  Spectrum variance{0};         // of the latter's mean
+  double unit = 0;              // of its unknown: bright groups' errors go with their brightness
+};
+
+class Analysis {
+ public:
+  Analysis(const Flux& flux, const Groups& groups, std::span<const Sample> samples,
+           const RayShares& shares)
+      : flux_(flux), groups_(groups), samples_(samples), shares_(shares) {}
+
+  // block: left out; kBlocks: none.
+  Answer without(std::size_t block) const {
+    const std::vector<Group> groups = summarise(block);
+    const std::vector<Spectrum> spread_out = spread(groups, block);
+    Answer answer;
+    add_squares(spread_out, block, answer);
+    Spectrum missing{0};
+    for (std::size_t g = 0; g < groups.size(); ++g)
+      if (groups[g].weight > 0)
+        missing += flux_.area * groups[g].area_share * groups[g].open / groups[g].weight *
+                   groups[g].reflected;
+    const double emitted = luminance(flux_.emitted);
+    if (emitted > 0) answer.closure = 1 - luminance(missing) / emitted;
+    return answer;
+  }
+
+ private:
+  template <class Visit>
+  void each(std::size_t block, const Visit& visit) const {
+    for (std::size_t i = 0; i < samples_.size(); ++i)
+      if (i % kBlocks != block) visit(i, samples_[i]);
+  }
+
+  // Means of what the residual adds to radiosity, as the samples have them.
+  std::vector<Group> sample_means(std::size_t block) const {
+    std::vector<Group> groups(shares_.groups);
+    each(block, [&](std::size_t, const Sample& s) {
+      Group& g = groups[s.group];
+      g.weight += s.weight;
+      g.balanced += s.weight * s.balanced;
+      if (!s.open) return;
+      g.open += s.weight;
+      g.reflected += s.weight * s.reflectance * s.residual;
+      g.unit += s.weight * (s.bright ? luminance(s.reflectance * s.irradiance) : 1);
+    });
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+      Group& g = groups[k];
+      if (!(g.weight > 0)) continue;
+      const std::size_t first = k & ~std::size_t{1};
+      g.area_share =
+          groups_.area_share[first] * g.weight / (groups[first].weight + groups[first + 1].weight);
+      g.balanced /= g.weight;
+      if (!(g.open > 0)) continue;
+      g.reflected /= g.open;
+      g.unit /= g.open;
+    }
+    each(block, [&](std::size_t, const Sample& s) {
+      Group& g = groups[s.group];
+      const Spectrum y = s.weight / g.weight * (s.balanced - g.balanced);
+      g.variance += y * y;
+      if (s.open)
+        g.covariance += s.weight / g.open * (s.reflectance * s.residual - g.reflected) * y;
+    });
+    return groups;
+  }
+
+  // The same, corrected by what is known of the flux.
+  std::vector<Group> summarise(std::size_t block) const {
+    std::vector<Group> groups = sample_means(block);
+    Spectrum off = -flux_.balance(), variance{0};
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      const double a = groups[g].area_share;
+      off += a * groups[g].balanced;
+      variance += a * a * groups[g].variance;
+    }
+    for (std::size_t g = 0; g < groups.size(); ++g)
+      for (int c = 0; c < kChannels; ++c)
+        if (variance[c] > 0)
+          groups[g].reflected[c] -=
+              groups[g].area_share * groups[g].covariance[c] / variance[c] * off[c];
+    return groups;
+  }
+
+  // b = u + T b: what each group's radiosity lacks, of bright ones in parts of that; T tells what
+  // its points reflect of what comes to them from each group. By Gauss' elimination, without
+  // pivots: light dies out from bounce to bounce, so that I − T is an M-matrix.
+  std::vector<Spectrum> spread(std::span<const Group> groups, std::size_t block) const {
+    const std::size_t n = groups.size();
+    std::vector<Spectrum> matrix(n * n, Spectrum{0}), b(n, Spectrum{0});
+    each(block, [&](std::size_t i, const Sample& s) {
+      if (!s.open) return;
+      const std::span<const double> row = shares_.row(i);
+      const Group& g = groups[s.group];
+      const double share = s.weight / (g.open * g.unit);
+      for (std::size_t h = 0; h < n; ++h) matrix[s.group * n + h] -= share * row[h] * s.reflectance;
+    });
+    for (std::size_t g = 0; g < n; ++g) {
+      matrix[g * n + g] += Spectrum{1};
+      if (groups[g].open > 0) b[g] = groups[g].reflected / groups[g].unit;
+    }
+    for (std::size_t k = 0; k < n; ++k)
+      for (std::size_t g = k + 1; g < n; ++g) {
+        const Spectrum f = matrix[g * n + k] / matrix[k * n + k];
+        for (std::size_t h = k; h < n; ++h) matrix[g * n + h] -= f * matrix[k * n + h];
+        b[g] -= f * b[k];
+      }
+    for (std::size_t k = n; k-- > 0;) {
+      for (std::size_t h = k + 1; h < n; ++h) b[k] -= matrix[k * n + h] * b[h];
+      b[k] /= matrix[k * n + k];
+    }
+    return b;
+  }
+
+  // Light at a point that its sources lack.
+  double smooth_part(std::size_t i, std::span<const Spectrum> missing) const {
+    const std::span<const double> row = shares_.row(i);
+    Spectrum sum{0};
+    for (std::size_t h = 0; h < missing.size(); ++h) sum += row[h] * missing[h];
+    return luminance(sum);
+  }
+
+  void add_squares(std::span<const Spectrum> missing, std::size_t block, Answer& answer) const {
+    double mean = 0, weight = 0;
+    std::vector<double> smooth(samples_.size(), 0);
+    each(block, [&](std::size_t i, const Sample& s) {
+      if (!s.counts()) return;
+      smooth[i] = smooth_part(i, missing);
+      mean += s.weight * (s.fresh + smooth[i]);
+      weight += s.weight;
+    });
+    if (!(mean > 0)) return;
+    mean /= weight;
+    each(block, [&](std::size_t i, const Sample& s) {
+      if (!s.counts()) return;
+      const double scale = std::max(mean, s.fresh + smooth[i]);
+      const double share = s.weight / (weight * scale * scale);
+      const double near = s.fresh - s.shown, all = near + smooth[i];
+      answer.square += share * (all * all - s.noise * s.noise);
+      answer.local += share * (near * near - s.noise * s.noise);
+    });
+  }
+
+  const Flux& flux_;
+  const Groups& groups_;
+  std::span<const Sample> samples_;
+  const RayShares& shares_;
+};
+
+// A figure without what chance adds in the mean, and its standard error. [Efron 82]
+struct Jackknifed {
+  double value = 0, standard_error = 0;
+};
+
+Jackknifed jackknife(double whole, std::span<const Answer> parts, double Answer::*figure) {
+  const double n = static_cast<double>(parts.size());
+  double mean = 0, squares = 0;
+  for (const Answer& a : parts) mean += a.*figure / n;
+  for (const Answer& a : parts) squares += (a.*figure - mean) * (a.*figure - mean);
+  return {n * whole - (n - 1) * mean, std::sqrt((n - 1) / n * squares)};
+}
+
+double root(double square) { return std::sqrt(std::max(0.0, square)); }
+
+void conclude(const Analysis& analysis, ErrorEstimate& estimate) {
+  const Answer whole = analysis.without(kBlocks);
+  std::vector<Answer> parts;
+  for (std::size_t k = 0; k < kBlocks; ++k) parts.push_back(analysis.without(k));
+  const Jackknifed square = jackknife(whole.square, parts, &Answer::square);
+  const Jackknifed local = jackknife(whole.local, parts, &Answer::local);
+  const Jackknifed closure = jackknife(whole.closure, parts, &Answer::closure);
+  estimate.error = root(square.value);
+  estimate.local = root(local.value);
+  // Squares of heavy tails are skewed: their logarithm is less so.
+  const double spread = kQuantile * square.standard_error;
+  const double factor = square.value > 0 ? std::exp(0.5 * spread / square.value) : 0;
+  estimate.low = factor > 0 ? estimate.error / factor : 0;
+  estimate.high = factor > 0 ? estimate.error * factor : root(square.value + spread);
+  estimate.closure = closure.value;
+  estimate.closure_within = kQuantile * closure.standard_error;
+}
+
+}  // namespace
+
+Result<ErrorEstimate> estimate_error(const Model& model, ClusterStore& store, FreshGather& fresh,
+                                     const EstimateSettings& settings) {
+  const std::clock_t start = std::clock();
+  const Result<Flux> flux = measure_flux(model, store);
+  if (!flux.ok()) return flux.status();
+  const Result<BrightSources> bright = BrightSources::find(model, store);
+  if (!bright.ok()) return bright.status();
+  Result<std::vector<Sample>> drawn = draw_points(model, store, *bright, *flux, settings);
+  if (!drawn.ok()) return drawn.status();
+  std::vector<Sample>& samples = *drawn;
+  const Groups groups = form_groups(model, *flux, samples);
+  RayShares shares{groups.of_cluster, groups.area_share.size(), {}};
+  std::vector<GatherPoint> points;
+  for (const Sample& s : samples) points.push_back(s.point);
+  const FreshSettings gather{settings.directions, kReplicates, mixed(settings.seed, 0)};
+  const auto fresh_values = fresh.gather(*bright, points, gather, &shares);
+  if (!fresh_values.ok()) return fresh_values.status();
+  for (std::size_t i = 0; i < samples.size(); ++i) compare((*fresh_values)[i], samples[i]);
+  ErrorEstimate estimate;
+  if (samples.size() > kBlocks) conclude(Analysis(*flux, groups, samples, shares), estimate);
+  estimate.points = samples.size();
+  estimate.rays = samples.size() * static_cast<std::uint64_t>(settings.directions);
+  estimate.cpu_seconds = double(std::clock() - start) / CLOCKS_PER_SEC;
+  return estimate;
+}
+
+}  // namespace atrium
