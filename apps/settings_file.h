@@ -27,8 +27,9 @@ struct SettingsFile {
   std::vector<Setting> settings;
 };
 
-// kUsage, with the line, where the file is not TOML or a value is no text, number, truth value or
+// `path` stands in errors: kUsage, with the line, where the file is not TOML or a value is no text, number, truth value or
 // list of them.
+Result<SettingsFile> parse_settings(const std::string& text, const std::string& path);
 Result<SettingsFile> read_settings(const std::string& path);
 
 // As the option takes them: an array is several values, or the parts of one.
