@@ -30,6 +30,7 @@ constexpr double kLeastRatio = 2;  // of a logarithmic span's ends: less would s
 constexpr double kAlone = 0.1;     // of a single value: the air on both its sides
 constexpr double kLeastSteps = 3;  // between ticks
 constexpr std::size_t kFewTicks = 3, kMostTicks = 8;
+constexpr double kTickGap = 0.075;  // of a logarithmic span, between ticks at least
 
 bool shown(const Span& span, double value) {
   return std::isfinite(value) && (span.scale == Scale::kLinear || value > 0);
@@ -58,18 +59,24 @@ std::vector<double> log_ticks(const Span& span, const std::vector<double>& multi
   return found;
 }
 
+bool have_room(const Span& span, const std::vector<double>& ticks) {
+  for (std::size_t i = 1; i < ticks.size(); ++i)
+    if (span.place(ticks[i]) - span.place(ticks[i - 1]) < kTickGap) return false;
+  return ticks.size() <= kMostTicks;
+}
+
 // As fine as there is room for.
 std::vector<double> log_ticks(const Span& span) {
   static const std::array<std::vector<double>, 5> kMultiples{
       {{1, 2, 3, 4, 5, 6, 7, 8, 9}, {1, 2, 3, 5, 7}, {1, 2, 5}, {1, 3}, {1}}};
   for (const std::vector<double>& multiples : kMultiples) {
     std::vector<double> found = log_ticks(span, multiples, 1);
-    if (found.size() > kMostTicks) continue;
+    if (!have_room(span, found)) continue;
     return found.size() >= kFewTicks ? found : linear_ticks(span.low, span.high, false);
   }
   int stride = 2;
   std::vector<double> found = log_ticks(span, {1}, stride);
-  while (found.size() > kMostTicks) found = log_ticks(span, {1}, ++stride);
+  while (!have_room(span, found)) found = log_ticks(span, {1}, ++stride);
   return found;
 }
 
@@ -209,7 +216,7 @@ class Drawing {
     for (double& h : heights) places.push_back(&h);
     part(places, kTextHeight, kTop, kHeight - kBottom - kAbove);
     for (std::size_t i = 0; i < heights.size(); ++i)
-      text("tick halo", {kLeft + kIn, heights[i]}, chart_.levels[i].name);
+      text("tick end halo", {right_ - kIn, heights[i]}, chart_.levels[i].name);
   }
 
   void band(const Series& s) {
@@ -355,6 +362,7 @@ std::string chart_style() {
 .leader { stroke: var(--hue); stroke-width: .75; opacity: .45; fill: none; }
 .mark { stroke: var(--hue); stroke-width: 1.4; fill: var(--hue); }
 .hollow { fill: var(--paper); }
+.neutral { --hue: var(--soft); }
 .chart .name { fill: var(--hue); }
 )";
   for (int h = 0; h < kHues; ++h) {

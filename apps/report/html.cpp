@@ -34,14 +34,14 @@ p { margin: .4rem 0; max-width: 46rem; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 13px; line-height: 1.35; margin: .6rem 0;
   font-variant-numeric: tabular-nums; }
-th, td { padding: .3rem .6rem; text-align: right; vertical-align: baseline; white-space: nowrap; }
+th, td { padding: .3rem .5rem; text-align: right; vertical-align: baseline; white-space: nowrap; }
 thead th { font-weight: normal; color: var(--soft); white-space: normal; vertical-align: bottom;
   border-bottom: 1px solid var(--soft); }
 tbody th { font-weight: normal; }
 tbody tr + tr > * { border-top: 1px solid var(--line); }
 th:first-child { text-align: left; padding-left: 0; }
-.words th, .words td { text-align: left; white-space: normal; overflow-wrap: anywhere; }
-.words tbody th { white-space: nowrap; }
+tbody th:first-child { white-space: normal; min-width: 8.5rem; overflow-wrap: anywhere; }
+.words th, .words td { text-align: left; white-space: normal; }
 .marked { background: var(--mark); }
 details { margin: .8rem 0; }
 summary { cursor: pointer; }

@@ -12,6 +12,10 @@ constexpr double kDecimals = 1e-4;   // below, a power of ten
 constexpr double kMostWhole = 1e15;  // above, likewise
 constexpr double kRounding = 1e-12;  // of a logarithm: 1e-6 is no 9.99e-7
 
+// Of columns: what is smaller has more digits than the others.
+constexpr double kFineShare = 1e-4, kFineSeconds = 0.01, kFineMegabytes = 0.1;
+constexpr double kMega = 1e6;
+
 std::string printed(const char* format, double x) {
   char text[64];
   std::snprintf(text, sizeof text, format, x);
@@ -67,8 +71,24 @@ std::string count_text(double x) {
 
 std::string percent_text(double x) { return with_minus(printed("%.3g", 100 * x)) + "%"; }
 
-std::string signed_percent_text(double x) {
-  return std::string(x > 0 ? "+" : "").append(percent_text(x));
+std::string share_text(double x) {
+  if (x != 0 && std::abs(x) < kFineShare) return percent_text(x);
+  return with_minus(printed("%.2f", 100 * x)) + "%";
+}
+
+std::string signed_share_text(double x) {
+  return std::string(x > 0 ? "+" : "").append(share_text(x));
+}
+
+std::string seconds_text(double x) {
+  if (x >= kGrouped || (x > 0 && x < kFineSeconds)) return number_text(x);
+  return printed("%.2f", x);
+}
+
+std::string megabytes_text(double x) {
+  const double megabytes = x / kMega;
+  if (megabytes >= kGrouped || (x > 0 && megabytes < kFineMegabytes)) return number_text(megabytes);
+  return printed("%.1f", megabytes);
 }
 
 }  // namespace atrium

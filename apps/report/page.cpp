@@ -14,7 +14,6 @@ namespace atrium {
 namespace {
 
 constexpr const char* kNone = "–";  // there is no such figure
-constexpr double kMega = 1e6;
 
 constexpr const char* kPageStyle = R"(
 .figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 26rem), 1fr));
@@ -88,8 +87,6 @@ std::string shown(const Figure& figure, std::string (*text)(double)) {
   return text(*figure);
 }
 
-std::string megabytes(double bytes) { return number_text(bytes / kMega); }
-
 // ---- Head
 
 std::string end_words(const RunData& run) {
@@ -162,8 +159,12 @@ std::string error_section(const Runs& runs) {
     return html + paragraph(notes_html(wall.notes) + " There is no error to hold against time.");
   std::string keys;
   if (wall.estimates)
-    keys += key(Stroke::kSolid, "", "error estimate, with its 95% interval as a band");
-  if (wall.truths) keys += key(Stroke::kDashed, "", "true error, at the points of the reference");
+    keys += key(Stroke::kSolid, "<path class=\"band neutral\" d=\"M0 1H30V11H0z\"/>",
+                "error estimate, in its 95% interval");
+  if (wall.truths)
+    keys +=
+        key(Stroke::kDashed, "<circle class=\"mark hollow neutral\" cx=\"15\" cy=\"6\" r=\"3\"/>",
+            "true error, at the points of the reference");
   cpu.notes.clear();  // the same as of the other
   return html + paragraph(keys) + "<div class=\"figures\">\n" + figure_html(wall, "") +
          figure_html(cpu, "") + "</div>\n";
@@ -199,10 +200,10 @@ std::string estimate_html(const RunData& run) {
   const Figure low = of(&RunSummary::error_estimate_low, &HistoryEntry::error_estimate_low);
   const Figure high = of(&RunSummary::error_estimate_high, &HistoryEntry::error_estimate_high);
   std::string html =
-      shown(of(&RunSummary::error_estimate, &HistoryEntry::error_estimate), percent_text);
+      shown(of(&RunSummary::error_estimate, &HistoryEntry::error_estimate), share_text);
   if (low && high)
-    html += "<br/><span class=\"small\">" + percent_text(*low) + " to " + percent_text(*high) +
-            "</span>";
+    html +=
+        "<br/><span class=\"small\">" + share_text(*low) + " to " + share_text(*high) + "</span>";
   return html;
 }
 
@@ -243,18 +244,18 @@ Row figures_row(const Runs& runs, std::size_t i) {
   const Figure estimate = of(&RunSummary::error_estimate, &HistoryEntry::error_estimate);
   const Figure elements = of(&RunSummary::elements, &HistoryEntry::elements);
   return {name_entry(runs, i),
-          {shown(error_asked(run), percent_text)},
+          {shown(error_asked(run), share_text)},
           {estimate_html(run)},
-          {shown(truth, percent_text)},
+          {shown(truth, share_text)},
           {shown(ratio(estimate, truth), number_text)},
           {shown(elements, whole_text)},
           {shown(of(&RunSummary::links, &HistoryEntry::links), whole_text)},
           {shown(rays_of(run), whole_text)},
           {shown(of(&RunSummary::iterations, &HistoryEntry::iteration), whole_text)},
-          {shown(of(&RunSummary::total_seconds, &HistoryEntry::seconds), number_text)},
-          {last ? shown(last->cpu_seconds, number_text) : kNone},
-          {shown(peak_of(run), megabytes)},
-          {shown(of(&RunSummary::hit_ratio, &HistoryEntry::hit_ratio), percent_text)},
+          {shown(of(&RunSummary::total_seconds, &HistoryEntry::seconds), seconds_text)},
+          {last ? shown(last->cpu_seconds, seconds_text) : kNone},
+          {shown(peak_of(run), megabytes_text)},
+          {shown(of(&RunSummary::hit_ratio, &HistoryEntry::hit_ratio), share_text)},
           {shown(a_percent(elements, judged_error(run)), whole_text)}};
 }
 
@@ -301,7 +302,7 @@ std::string share_bar(double absorbed, double escaped, std::size_t run) {
 }
 
 std::string with_share(double flux, double emitted) {
-  return number_text(flux) + " <span class=\"small\">" + percent_text(flux / emitted) + "</span>";
+  return number_text(flux) + " <span class=\"small\">" + share_text(flux / emitted) + "</span>";
 }
 
 Row energy_row(const Runs& runs, std::size_t i) {
@@ -312,7 +313,7 @@ Row energy_row(const Runs& runs, std::size_t i) {
           {with_share(absorbed, emitted)},
           {with_share(escaped, emitted)},
           {with_share(emitted - absorbed - escaped, emitted)},
-          {shown(s.energy_closure, signed_percent_text)},
+          {shown(s.energy_closure, signed_share_text)},
           {share_bar(absorbed / emitted, escaped / emitted, i)}};
 }
 
@@ -367,22 +368,23 @@ std::string memory_section(const Runs& runs) {
       {"cells", &RunSummary::cells, whole_text},
       {"portals", &RunSummary::portals, whole_text},
       {"links processed", &RunSummary::links_processed, whole_text},
-      {"total data, MB", &RunSummary::total_data_bytes, megabytes},
-      {"largest working set: links", &RunSummary::max_working_set_links, whole_text},
-      {"elements", &RunSummary::max_working_set_elements, whole_text},
-      {"MB", &RunSummary::max_working_set_bytes, megabytes},
-      {"peak memory, MB", &RunSummary::peak_rss_bytes, megabytes}};
-  constexpr Column kTransfer[] = {{"hit ratio", &RunSummary::hit_ratio, percent_text},
-                                  {"reads", &RunSummary::reads, whole_text},
-                                  {"writes", &RunSummary::writes, whole_text},
-                                  {"evictions", &RunSummary::evictions, whole_text},
-                                  {"read, MB", &RunSummary::bytes_read, megabytes},
-                                  {"written, MB", &RunSummary::bytes_written, megabytes},
-                                  {"records in the store, MB", &RunSummary::store_bytes, megabytes},
-                                  {"solver, s", &RunSummary::solver_seconds, number_text},
-                                  {"I/O, s", &RunSummary::io_seconds, number_text},
-                                  {"stalled on I/O, s", &RunSummary::stall_seconds, number_text},
-                                  {"total, s", &RunSummary::total_seconds, number_text}};
+      {"total data, MB", &RunSummary::total_data_bytes, megabytes_text},
+      {"working set: links", &RunSummary::max_working_set_links, whole_text},
+      {"working set: elements", &RunSummary::max_working_set_elements, whole_text},
+      {"working set, MB", &RunSummary::max_working_set_bytes, megabytes_text},
+      {"peak memory, MB", &RunSummary::peak_rss_bytes, megabytes_text}};
+  constexpr Column kTransfer[] = {
+      {"hit ratio", &RunSummary::hit_ratio, share_text},
+      {"reads", &RunSummary::reads, whole_text},
+      {"writes", &RunSummary::writes, whole_text},
+      {"evictions", &RunSummary::evictions, whole_text},
+      {"read, MB", &RunSummary::bytes_read, megabytes_text},
+      {"written, MB", &RunSummary::bytes_written, megabytes_text},
+      {"records in the store, MB", &RunSummary::store_bytes, megabytes_text},
+      {"solver, s", &RunSummary::solver_seconds, seconds_text},
+      {"I/O, s", &RunSummary::io_seconds, seconds_text},
+      {"stalled on I/O, s", &RunSummary::stall_seconds, seconds_text},
+      {"total, s", &RunSummary::total_seconds, seconds_text}};
   std::string html = heading("Working set and memory") + summary_table(runs, kModel) +
                      heading("Input and output") + summary_table(runs, kTransfer);
   const auto open = names_where(runs, [](const ShownRun& r) { return !r.data->summary; });

@@ -93,7 +93,7 @@ Figure error_asked(const RunData& run) {
   for (const Setting& s : run.options) {
     if (s.key != "error" || !s.table.empty() || s.values.size() != 1) continue;
     const Result<double> share = parse_share(s.values.front());
-    if (share.ok()) return *share;
+    if (share.ok() && *share > 0) return *share;
   }
   return std::nullopt;
 }
@@ -128,7 +128,8 @@ RunFigure error_figure(const std::vector<ShownRun>& runs, Clock clock) {
     return names_where(runs, [field](const ShownRun& r) { return !any(r.data->history, field); });
   };
   note(lacks(&HistoryEntry::error_estimate), "no error estimate in the history", figure);
-  note(lacks(&HistoryEntry::error_true), "no true error, for no reference was given", figure);
+  note(lacks(&HistoryEntry::error_true), "no true error in the history, which takes a --reference",
+       figure);
   return figure;
 }
 
