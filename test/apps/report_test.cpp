@@ -222,7 +222,7 @@ TEST_F(Report, ABrokenHistoryIsAnErrorOfTheStore) {
   write("fine", "history.jsonl", entry(1, 4, 2, 0.5, 1) + "{]\n");
   const Ended e = run({"report", folder_ / "fine", "-o", folder_ / "page.html"});
   EXPECT_EQ(e.code, 4);
-  EXPECT_TRUE(has(e.err, (folder_ / "fine/history.jsonl") + ":line 2: ")) << e.err;
+  EXPECT_TRUE(has(e.err, (folder_ / "fine/history.jsonl") + ": line 2: ")) << e.err;
   EXPECT_FALSE(std::filesystem::exists(folder_ / "page.html"));
 }
 
@@ -246,9 +246,9 @@ TEST_F(Report, JsonTellsOfThePageThatWasWritten) {
 TEST(ReportOfASolve, HasItsFigures) {
   const Ended e = run({"report", furnace_run()});
   ASSERT_EQ(e.code, 0) << e.err;
-  EXPECT_EQ(charts(e.out), 4u) << "no error is known, all by iteration is";
+  EXPECT_GE(charts(e.out), 4u) << "all by iteration; of errors, what its history knows";
   EXPECT_TRUE(has(words_of(e.out), "cube.obj"));
-  EXPECT_TRUE(has(section(e.out, "Error against run time"), "no error to hold against time"));
+  EXPECT_TRUE(has(section(e.out, "The runs in figures"), " 2.00% ")) << "asked by default";
 }
 
 }  // namespace
