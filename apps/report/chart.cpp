@@ -345,14 +345,21 @@ std::string mark_svg(int style, Stroke stroke, const Vec2& at, const std::string
   return svg.str();
 }
 
+std::string swatch_svg(const std::string& hue, Stroke stroke, const std::string& mark) {
+  const char* dashed = stroke == Stroke::kDashed ? " dashed" : "";
+  return "<svg class=\"swatch\" viewBox=\"0 0 30 12\"><path class=\"line " + hue + dashed +
+         "\" d=\"M0 6H30\"/>" + mark + "</svg>";
+}
+
 std::string chart_style() {
   std::string style = R"(
 .chart { display: block; width: 100%; height: auto; overflow: visible; }
-.chart text, .swatch text { font-size: 12.5px; fill: var(--ink); font-variant-numeric: tabular-nums; }
+.chart text { font-size: 12.5px; fill: var(--ink); font-variant-numeric: tabular-nums; }
 .chart .tick { fill: var(--soft); }
 .chart .end { text-anchor: end; }
 .chart .middle { text-anchor: middle; }
 .halo { stroke: var(--paper); stroke-width: 3px; paint-order: stroke; }
+.swatch { height: 12px; width: 30px; vertical-align: -1px; margin-right: .35rem; overflow: visible; }
 .grid { stroke: var(--line); stroke-width: 1; fill: none; }
 .axis { stroke: var(--soft); stroke-width: 1; fill: none; }
 .level { stroke: var(--soft); stroke-width: 1; stroke-dasharray: 1 3; stroke-linecap: round; fill: none; }

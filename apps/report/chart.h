@@ -74,6 +74,9 @@ bool has_points(const Chart& chart);
 
 std::string chart_svg(const Chart& chart);  // has_points
 std::string mark_svg(int style, Stroke stroke, const Vec2& at, const std::string& tip = "");
+// A piece of a line beside the words that tell what it is; `hue`: a class ("hue2", "neutral").
+// `mark`: what lies on it, around (15, 6).
+std::string swatch_svg(const std::string& hue, Stroke stroke, const std::string& mark);
 std::string chart_style();
 
 }  // namespace atrium

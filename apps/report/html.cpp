@@ -125,6 +125,12 @@ std::string html_page(const std::string& title, const std::string& style, const 
          body + "</body>\n</html>\n";
 }
 
+std::string html_heading(std::string_view words) { return "<h2>" + html_text(words) + "</h2>\n"; }
+
+std::string html_paragraph(const std::string& html, const std::string& kind) {
+  return (kind.empty() ? "<p>" : "<p class=\"" + kind + "\">") + html + "</p>\n";
+}
+
 std::string html_table(const Table& table) {
   std::string html = "<div class=\"wide\"><table";
   html += table.of_words ? " class=\"words\">\n<thead><tr>" : ">\n<thead><tr>";

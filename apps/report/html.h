@@ -18,6 +18,10 @@ std::string html_text(std::string_view text);
 // body: HTML. style: beside what every page has.
 std::string html_page(const std::string& title, const std::string& style, const std::string& body);
 
+std::string html_heading(std::string_view words);  // of a section
+// kind: of the page's style; "" for none. A paragraph's is HTML already.
+std::string html_paragraph(const std::string& html, const std::string& kind = "");
+
 struct TableEntry {
   std::string html;
   bool marked = false;  // stands out

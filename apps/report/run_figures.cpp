@@ -60,6 +60,11 @@ bool any(const std::vector<HistoryEntry>& entries, Figure HistoryEntry::*field) 
                      [&](const HistoryEntry& e) { return (e.*field).has_value(); });
 }
 
+bool has_reference(const RunData& run) {
+  return std::any_of(run.options.begin(), run.options.end(),
+                     [](const Setting& s) { return s.table.empty() && s.key == "reference"; });
+}
+
 // One curve a run, by iteration.
 RunFigure by_iteration(const std::vector<ShownRun>& runs, const char* title, const Axis& y,
                        Figure HistoryEntry::*field, double unit = 1) {
@@ -124,12 +129,18 @@ RunFigure error_figure(const std::vector<ShownRun>& runs, Clock clock) {
     figure.chart.series.push_back(std::move(truth));
   }
   figure.chart.levels = levels_asked(runs);
-  const auto lacks = [&](Figure HistoryEntry::*field) {
-    return names_where(runs, [field](const ShownRun& r) { return !any(r.data->history, field); });
+  const auto without_truth = [&](bool reference) {
+    return names_where(runs, [=](const ShownRun& r) {
+      return !any(r.data->history, &HistoryEntry::error_true) &&
+             has_reference(*r.data) == reference;
+    });
   };
-  note(lacks(&HistoryEntry::error_estimate), "no error estimate in the history", figure);
-  note(lacks(&HistoryEntry::error_true), "no true error in the history, which takes a --reference",
-       figure);
+  note(names_where(
+           runs,
+           [](const ShownRun& r) { return !any(r.data->history, &HistoryEntry::error_estimate); }),
+       "no error estimate in the history", figure);
+  note(without_truth(true), "no true error in the history yet", figure);
+  note(without_truth(false), "no true error, for no reference was given", figure);
   return figure;
 }
 

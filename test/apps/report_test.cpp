@@ -154,7 +154,7 @@ TEST_F(Report, WhatIsEmittedIsAbsorbedEscapesOrIsTold) {
 TEST_F(Report, WhatIsNotThereIsSaid) {
   const std::string errors = section(page_of({"fine", "coarse"}), "Error against run time");
   EXPECT_TRUE(has(errors, "fine: no error estimate in the history.")) << errors;
-  EXPECT_TRUE(has(errors, "coarse: no true error in the history")) << errors;
+  EXPECT_TRUE(has(errors, "coarse: no true error, for no reference was given.")) << errors;
 }
 
 TEST_F(Report, ARunThatHasJustBegunHasSentencesAndNoEmptyFigures) {
@@ -187,6 +187,19 @@ TEST_F(Report, AnIterationThatIsNotCompleteIsNoPointOfTheFiguresByIteration) {
   EXPECT_TRUE(has(section(page, "Iterations"), "fine: iteration 3 is not complete")) << page;
   EXPECT_TRUE(has(page, "<title>fine: iteration 2, 0.25</title>"));
   EXPECT_FALSE(has(page, "<title>fine: iteration 3,"));
+}
+
+// The third iteration is under way, and its few elements are no figure of the run.
+TEST_F(Report, ARunThatIsNotOverHasTheFiguresOfItsLastCompleteIteration) {
+  std::filesystem::remove(folder_ / "fine/summary.json");
+  write("fine", "history.jsonl",
+        entry(1, 4, 2, 0.5, 1, {{"error_true", 0.1}}) +
+            entry(2, 4, 3, 0.25, 1, {{"error_true", 0.05}}) +
+            entry(3, 1, 4, 0.001, 1, {{"elements", 9}}));
+  const std::string figures = section(page_of({"fine"}), "The runs in figures");
+  // CPU 2 x 4 s, and 2000 elements at 5%.
+  EXPECT_TRUE(has(figures, " fine 2.00% – 5.00% – 2,000 10,000 3 2 3.00 8.00 150.0 50.00% 400 "))
+      << figures;
 }
 
 TEST_F(Report, NamesAreTextWhateverTheyHold) {
