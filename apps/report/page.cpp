@@ -20,6 +20,7 @@ figure { margin: 0; }
 figcaption { font-size: 13px; margin-top: .2rem; }
 .title { font-weight: 600; font-size: 14px; margin: 0 0 .5rem; }
 .key { margin-right: 1.1rem; white-space: nowrap; }
+@media print { .figures { grid-template-columns: 1fr 1fr; gap: 1rem 1.2rem; } }
 )";
 
 std::string notes_html(const std::vector<std::string>& notes) {
