@@ -27,8 +27,8 @@ struct SettingsFile {
   std::vector<Setting> settings;
 };
 
-// `path` stands in errors: kUsage, with the line, where the file is not TOML or a value is no text, number, truth value or
-// list of them.
+// kUsage, with the line, where the file is not TOML or a value is no text, number, truth value or
+// list of them. The name of a text that is no file stands in errors.
 Result<SettingsFile> parse_settings(const std::string& text, const std::string& path);
 Result<SettingsFile> read_settings(const std::string& path);
 

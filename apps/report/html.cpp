@@ -47,8 +47,10 @@ details { margin: .8rem 0; }
 summary { cursor: pointer; }
 @media print {
   body { max-width: none; padding: 0; font-size: 10pt; }
-  table { font-size: 8pt; }
-  th, td { padding: .15rem .35rem; }
+  table, .small { font-size: 6.5pt; }
+  th, td { padding: .15rem .3rem; }
+  tbody th:first-child { min-width: 0; }
+  .wide { overflow: visible; }
   figure, tr { break-inside: avoid; }
   h2 { break-after: avoid; }
 }

@@ -365,7 +365,7 @@ std::string table_style() {
 .share { display: block; width: 100%; min-width: 12rem; height: 12px; overflow: visible; }
 .absorbed { fill: var(--hue); } .escaped { fill: var(--hue); opacity: .4; }
 .missing { fill: none; stroke: var(--hue); stroke-width: 1; stroke-dasharray: 2 2; }
-.small { font-size: 12px; color: var(--soft); }
+.small { font-size: .92em; color: var(--soft); }
 )";
 }
 
