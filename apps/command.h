@@ -45,6 +45,7 @@ Command check_command();
 Command probe_command();
 Command render_command();
 Command export_command();
+Command report_command();
 Command formfactor_command();
 Command trace_command();
 Command validate_command();

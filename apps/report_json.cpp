@@ -217,6 +217,11 @@ std::string export_json(const std::string& file, std::uint64_t bytes, std::uint6
   return document({{"file", file}, {"bytes", bytes}, {"vertices", vertices}, {"faces", faces}});
 }
 
+std::string page_json(const std::string& file, std::uint64_t bytes,
+                      const std::vector<std::string>& runs) {
+  return document({{"file", file}, {"bytes", bytes}, {"runs", runs}});
+}
+
 std::string trace_info_json(const TraceInfo& i) {
   return document({{"file", i.file},
                    {"format", i.format},

@@ -41,6 +41,8 @@ std::string picture_json(const std::string& file, int width, int height,
                          std::optional<double> exposure_ev);
 std::string export_json(const std::string& file, std::uint64_t bytes, std::uint64_t vertices,
                         std::uint64_t faces);
+std::string page_json(const std::string& file, std::uint64_t bytes,
+                      const std::vector<std::string>& runs);
 std::string trace_info_json(const TraceInfo& info);
 std::string conversion_json(const std::string& file, const std::string& format,
                             std::uint64_t requests, const std::vector<std::string>& lost);

@@ -61,16 +61,7 @@ Status take_table(const std::string& name, const toml::table& table, SettingsFil
   return {};
 }
 
-}  // namespace
-
-Result<SettingsFile> read_settings(const std::string& path) {
-  toml::table root;
-  try {
-    root = toml::parse_file(path);
-  } catch (const toml::parse_error& e) {
-    return Status(Code::kUsage, path, place_of(e.source()), std::string(e.description()),
-                  "mend the file");
-  }
+Result<SettingsFile> settings_of(const toml::table& root, const std::string& path) {
   SettingsFile file{path, {}, {}};
   for (const auto& [key, node] : root) {
     const std::string name(key.str());
@@ -79,6 +70,29 @@ Result<SettingsFile> read_settings(const std::string& path) {
                                             : take_table(name, *table, file));
   }
   return file;
+}
+
+Status not_toml(const toml::parse_error& e, const std::string& path) {
+  return Status(Code::kUsage, path, place_of(e.source()), std::string(e.description()),
+                "mend the file");
+}
+
+}  // namespace
+
+Result<SettingsFile> parse_settings(const std::string& text, const std::string& path) {
+  try {
+    return settings_of(toml::parse(text), path);
+  } catch (const toml::parse_error& e) {
+    return not_toml(e, path);
+  }
+}
+
+Result<SettingsFile> read_settings(const std::string& path) {
+  try {
+    return settings_of(toml::parse_file(path), path);
+  } catch (const toml::parse_error& e) {
+    return not_toml(e, path);
+  }
 }
 
 std::vector<std::string> values_for(const Option& option, const Setting& setting) {

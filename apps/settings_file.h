@@ -28,7 +28,8 @@ struct SettingsFile {
 };
 
 // kUsage, with the line, where the file is not TOML or a value is no text, number, truth value or
-// list of them.
+// list of them. The name of a text that is no file stands in errors.
+Result<SettingsFile> parse_settings(const std::string& text, const std::string& path);
 Result<SettingsFile> read_settings(const std::string& path);
 
 // As the option takes them: an array is several values, or the parts of one.

@@ -8,6 +8,8 @@
 #include <optional>
 #include <sstream>
 
+#include "apps/picture/svg.h"
+
 namespace atrium {
 namespace {
 
@@ -138,13 +140,6 @@ class Section {
   double scale_ = 1;
 };
 
-std::string points_text(const std::vector<Vec2>& points) {
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(1);
-  for (const Vec2& p : points) text << p.x << ',' << p.y << ' ';
-  return text.str();
-}
-
 double area_of(const std::vector<Vec2>& points) {
   double sum = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -187,7 +182,7 @@ class Drawing {
       const std::vector<Vec2> outline = section_.cut(plan_.bsp.cells[c]);
       const std::uint32_t space = plan_.space_of_cell[c];
       if (outline.size() < 3 || space == kOutdoors) continue;
-      svg_ << "<polygon fill=\"" << fill_of(space) << "\" points=\"" << points_text(outline)
+      svg_ << "<polygon fill=\"" << fill_of(space) << "\" points=\"" << svg_points(outline)
            << "\"/>\n";
       if (space != kNoSpace) note(outline, labels_[space]);
     }
@@ -224,7 +219,7 @@ class Drawing {
       if (height < floor || height > ceiling) continue;
       std::vector<Vec2> outline;
       for (const Vec3& x : polygon) outline.push_back(section_.on_paper(x));
-      svg_ << "<polygon points=\"" << points_text(outline) << "\"/>\n";
+      svg_ << "<polygon points=\"" << svg_points(outline) << "\"/>\n";
     }
     svg_ << "</g>\n";
   }
@@ -275,11 +270,10 @@ class Drawing {
     label.size = hi - lo;
   }
 
-  // A round number of metres: 1, 2 or 5 times a power of ten.
+  // A round number of metres.
   void scale_bar(double y) {
     const double about = kBarShare * (section_.width() - 2 * kMargin) / section_.scale();
-    const double power = std::pow(10, std::floor(std::log10(about)));
-    const double metres = about >= 5 * power ? 5 * power : about >= 2 * power ? 2 * power : power;
+    const double metres = round_step(about);
     const double end = kMargin + metres * section_.scale();
     std::ostringstream text;
     text << metres << " m";

@@ -16,7 +16,7 @@ TEST(CommandLine, HelpAndVersionEndWithZero) {
   EXPECT_EQ(help.code, 0);
   for (const char* command :
        {"gen", "inspect", "plan", "solve", "resume", "status", "stop", "check", "probe", "render",
-        "export", "formfactor", "trace", "validate"})
+        "export", "report", "formfactor", "trace", "validate"})
     EXPECT_NE(help.out.find(std::string("  ") + command + " "), std::string::npos) << command;
   const Ended version = run({"--version"});
   EXPECT_EQ(version.code, 0);
@@ -52,7 +52,8 @@ TEST(CommandLine, WhatItDoesNotKnowIsAUsageError) {
            {"stop", "no-such-run"},
            {"check", "no-such-run"},
            {"render", "no-such-run", "-o", "view.jpg"},
-           {"export", "no-such-run", "-o", "scene.exr"}}) {
+           {"export", "no-such-run", "-o", "scene.exr"},
+           {"report", "no-such-run"}}) {
     const Ended e = run(words);
     std::string line;
     for (const std::string& w : words) line += w + " ";
