@@ -4,6 +4,8 @@
 #include <cmath>
 #include <ctime>
 #include <functional>
+#include <limits>
+#include <numeric>
 #include <vector>
 
 #include "engine/cluster_record.h"
@@ -24,6 +26,11 @@ constexpr double kQuantile = 2.04;
 // A point is covered, as floors are under furniture, if no less of its rays than this is lost: no
 // light reaches it, and none sees it.
 constexpr double kCovered = 1 - 1e-9;
+
+// No single point counts for more than this share of the mean square: a bright spot where shadow
+// should be, met by chance, would decide the estimate alone. The interval's upper end counts it in
+// full.
+constexpr double kMostOfSquare = 0.1;
 
 // How the points are spread: even over the area, over the leaves, which are small where refinement
 // met error, and over the light sent out, whose loss or gain all others inherit.
@@ -239,7 +246,8 @@ void compare(const FreshIrradiance& fresh, Sample& s) {
 // What the points, those of one block left out, say.
 struct Answer {
   double square = 0;  // of the error
-  double local = 0;   // the same without the smooth part
+  double full = 0;    // the same with its worst points in full
+  double local = 0;   // as the first, without the smooth part
   double closure = 1;
 };
 
@@ -253,6 +261,18 @@ struct Group {
   Spectrum variance{0};         // of the latter's mean
   double unit = 0;              // of its unknown: bright groups' errors go with their brightness
 };
+
+// The sum of squares of which none has more than its share.
+double tempered_sum(std::span<const double> squares) {
+  constexpr int kRounds = 8;  // each takes off what the last found too much
+  double most = std::numeric_limits<double>::infinity(), sum = 0;
+  for (int i = 0; i < kRounds; ++i) {
+    sum = 0;
+    for (const double x : squares) sum += std::min(x, most);
+    most = kMostOfSquare * std::max(0.0, sum);
+  }
+  return sum;
+}
 
 class Analysis {
  public:
@@ -382,14 +402,18 @@ class Analysis {
     });
     if (!(mean > 0)) return;
     mean /= weight;
+    std::vector<double> all, near;
     each(block, [&](std::size_t i, const Sample& s) {
       if (!s.counts()) return;
       const double scale = std::max(mean, s.fresh + smooth[i]);
       const double share = s.weight / (weight * scale * scale);
-      const double near = s.fresh - s.shown, all = near + smooth[i];
-      answer.square += share * (all * all - s.noise * s.noise);
-      answer.local += share * (near * near - s.noise * s.noise);
+      const double off = s.fresh - s.shown, whole = off + smooth[i];
+      all.push_back(share * (whole * whole - s.noise * s.noise));
+      near.push_back(share * (off * off - s.noise * s.noise));
     });
+    answer.square = tempered_sum(all);
+    answer.full = std::accumulate(all.begin(), all.end(), 0.0);
+    answer.local = tempered_sum(near);
   }
 
   const Flux& flux_;
@@ -413,20 +437,25 @@ Jackknifed jackknife(double whole, std::span<const Answer> parts, double Answer:
 
 double root(double square) { return std::sqrt(std::max(0.0, square)); }
 
+// An end of the interval. Squares of heavy tails are skewed: their logarithm is less so.
+double bound(const Jackknifed& square, int side) {
+  const double spread = side * kQuantile * square.standard_error;
+  if (square.value > 0) return root(square.value) * std::exp(0.5 * spread / square.value);
+  return root(square.value + spread);
+}
+
 void conclude(const Analysis& analysis, ErrorEstimate& estimate) {
   const Answer whole = analysis.without(kBlocks);
   std::vector<Answer> parts;
   for (std::size_t k = 0; k < kBlocks; ++k) parts.push_back(analysis.without(k));
   const Jackknifed square = jackknife(whole.square, parts, &Answer::square);
+  const Jackknifed full = jackknife(whole.full, parts, &Answer::full);
   const Jackknifed local = jackknife(whole.local, parts, &Answer::local);
   const Jackknifed closure = jackknife(whole.closure, parts, &Answer::closure);
   estimate.error = root(square.value);
   estimate.local = root(local.value);
-  // Squares of heavy tails are skewed: their logarithm is less so.
-  const double spread = kQuantile * square.standard_error;
-  const double factor = square.value > 0 ? std::exp(0.5 * spread / square.value) : 0;
-  estimate.low = factor > 0 ? estimate.error / factor : 0;
-  estimate.high = factor > 0 ? estimate.error * factor : root(square.value + spread);
+  estimate.low = bound(square, -1);
+  estimate.high = std::max(bound(square, 1), bound(full, 1));
   estimate.closure = closure.value;
   estimate.closure_within = kQuantile * closure.standard_error;
 }
