@@ -184,6 +184,7 @@ Status judge_interreflection(int basis, Validation& v) {
       ATRIUM_RETURN_IF_ERROR(note_unsolved(name, scene.status(), v));
       continue;
     }
+    note_end(name, (*scene)->summary(), v);
     const Result<Totals> sum = (*scene)->totals();
     if (!sum.ok()) return sum.status();
     const double area = 6 * size.x * size.y, expected = kFlux * rho / (area * (1 - rho));

@@ -12,8 +12,8 @@ namespace atrium {
 namespace {
 
 constexpr double kExitance = 100;  // lm/m²
-// Of elements; a uniform furnace needs few to show whether rows are closed.
-constexpr double kFurnaceError = 0.2;
+// What is asked of either sets how finely they are cut.
+constexpr double kFurnaceError = 0.05;
 constexpr double kResidual = 1e-5;   // a tenth of what is allowed
 constexpr double kDeviation = 1e-4;  // relative
 constexpr double kLampLitError = 0.05;
@@ -58,6 +58,7 @@ Status judge_furnace(const std::string& name, const GeneratedModel& model, doubl
   asked.iterations = kMostGathers;
   const auto scene = SolvedScene::make(model, asked);
   if (!scene.ok()) return note_unsolved(name, scene.status(), v);
+  note_end(name, (*scene)->summary(), v);
   const Result<double> worst = worst_deviation(**scene, radiosity);
   if (!worst.ok()) return worst.status();
   v.cases.push_back(within(name, 0, *worst, kDeviation));
@@ -70,6 +71,7 @@ Status judge_lamp_lit(const std::string& name, const GeneratedModel& model, doub
   asked.iterations = kMostGathers;
   const auto scene = SolvedScene::make(model, asked);
   if (!scene.ok()) return note_unsolved(name, scene.status(), v);
+  note_end(name, (*scene)->summary(), v);
   const Result<Totals> sum = (*scene)->totals();
   if (!sum.ok()) return sum.status();
   const double flux = flux_of(model), leaving = flux / (1 - reflectance);

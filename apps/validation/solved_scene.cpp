@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstring>
+#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <random>
@@ -135,6 +135,14 @@ Status note_unsolved(const std::string& name, const Status& why, Validation& v) 
   v.cases.push_back(within(name, 0, std::numeric_limits<double>::quiet_NaN(), 0));
   v.examples.push_back(name + ": " + why.message());
   return {};
+}
+
+void note_end(const std::string& name, const SolveSummary& s, Validation& v) {
+  if (s.exit_code == 0) return;
+  char residual[32];
+  std::snprintf(residual, sizeof residual, "%.3g", s.residual);
+  v.examples.push_back(name + ": " + s.stop_reason + " after " + std::to_string(s.iterations) +
+                       " gathers, at a residual of " + residual);
 }
 
 Status judge_illuminance(const std::string& name, SolvedScene& scene, const SurfaceProbe& probe,

@@ -71,6 +71,9 @@ inline double worse(double a, double b) { return std::isnan(a) || a > b ? a : b;
 // errors.
 Status note_unsolved(const std::string& name, const Status& why, Validation& v);
 
+// Says of a solve that did not come to what was asked of it why it ended.
+void note_end(const std::string& name, const SolveSummary& summary, Validation& v);
+
 // E's luminance at a point, in lx, against what is expected there; a point on no surface fails.
 Status judge_illuminance(const std::string& name, SolvedScene& scene, const SurfaceProbe& probe,
                          double expected, double allowed, Validation& v);

@@ -53,13 +53,8 @@ Status judge_rung(const StiffScene& scene, const Rung& rung, int basis, Validati
   const bool reached = summary.exit_code == 0 && summary.residual <= kResidual;
   const double gathers = double(summary.iterations);
   v.cases.push_back(at_most(std::string(name) + ": gathers", rung.most_gathers, gathers));
-  if (!reached) {
-    v.cases.back().pass = false;  // however soon it gave up
-    char text[160];
-    std::snprintf(text, sizeof text, "%s: the residual is %.3g after %.0f gathers (%s)", name,
-                  summary.residual, gathers, summary.stop_reason.c_str());
-    v.examples.push_back(text);
-  }
+  if (!reached) v.cases.back().pass = false;  // however soon it gave up
+  note_end(name, summary, v);
   const Result<Totals> sum = (*solved)->totals();
   if (!sum.ok()) return sum.status();
   const double leaving = flux_of(*model) / (1 - rung.reflectance);
