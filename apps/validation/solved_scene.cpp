@@ -120,9 +120,7 @@ Result<Totals> SolvedScene::totals() {
       if (head.inert) continue;
       const std::span<const double> mean = cluster.patch(p).e_of(0);
       const Spectrum e{mean[0], mean[1], mean[2]};
-      sum.area += head.area;
       sum.arrived += head.area * luminance(e);
-      sum.emitted += head.area * luminance(head.exitance);
       sum.leaving += head.area * luminance(head.exitance + head.reflectance * e);
       sum.absorbed += head.area * luminance((Spectrum{1} - head.reflectance) * e);
     }

@@ -24,6 +24,7 @@ struct SurfaceProbe {
   Vec3 x{0}, normal{0};
 };
 
+// What is asked of a solve.
 inline SolveOptions asking(double error, int basis) {
   SolveOptions options;
   options.error = error;
@@ -33,9 +34,7 @@ inline SolveOptions asking(double error, int basis) {
 
 // Sums over all surfaces that receive light, luminance.
 struct Totals {
-  double area = 0;      // m²
   double arrived = 0;   // lm: ∫ E
-  double emitted = 0;   // lm: ∫ M
   double leaving = 0;   // lm: ∫ B
   double absorbed = 0;  // lm: ∫ (1-ρ) E
 };
