@@ -50,6 +50,22 @@ Json simulation_row(const Simulation& s) {
   return row;
 }
 
+// What is no number is null.
+Json suite_json(const Validation& v) {
+  Json cases = Json::array();
+  for (const ValidationCase& c : v.cases)
+    cases.push_back({{"case", c.name},
+                     {"expected", c.expected},
+                     {"found", c.found},
+                     {"difference", c.difference()},
+                     {"allowed", c.allowed},
+                     {"pass", c.pass}});
+  Json report{{"suite", v.suite}, {"pass", v.pass()}, {"cases", cases}};
+  for (const auto& [name, value] : v.figures) report[name] = value;
+  report["examples"] = v.examples;
+  return report;
+}
+
 }  // namespace
 
 std::string generated_json(const std::string& file, std::uint64_t clusters, std::uint64_t patches,
@@ -279,18 +295,16 @@ std::string replay_json(const Simulation& simulated, const Replay& replayed) {
                    {"io_seconds", replayed.io_seconds}});
 }
 
-std::string validation_json(const Validation& v) {
-  Json cases = Json::array();
-  for (const ValidationCase& c : v.cases)
-    cases.push_back({{"case", c.name},
-                     {"expected", c.expected},
-                     {"found", c.found},
-                     {"difference", c.difference()},
-                     {"pass", c.pass}});
-  Json report{{"suite", v.suite}, {"cases", cases}};
-  for (const auto& [name, value] : v.figures) report[name] = value;
-  report["examples"] = v.examples;
-  return document(report);
+std::string validation_json(const Validation& v) { return document(suite_json(v)); }
+
+std::string validations_json(const std::vector<Validation>& all) {
+  Json suites = Json::array();
+  bool pass = true;
+  for (const Validation& v : all) {
+    suites.push_back(suite_json(v));
+    pass = pass && v.pass();
+  }
+  return document({{"pass", pass}, {"suites", suites}});
 }
 
 }  // namespace atrium

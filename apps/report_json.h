@@ -49,6 +49,8 @@ std::string conversion_json(const std::string& file, const std::string& format,
 std::string simulation_json(const SimulationTable& table);
 std::string curve_json(const MissCurve& curve);
 std::string validation_json(const Validation& validation);
+// Of several suites.
+std::string validations_json(const std::vector<Validation>& validations);
 std::string replay_json(const Simulation& simulated, const Replay& replayed);
 
 }  // namespace atrium

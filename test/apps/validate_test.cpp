@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "test/apps/program.h"
@@ -53,10 +54,26 @@ TEST(Validate, JsonHasCasesAndFiguresAndTheSeedAloneDecides) {
   EXPECT_NE(judged("8", "2"), one);
 }
 
+TEST(Validate, FormFactorsAsATableAndAsJson) {
+  const Ended table = run({"validate", "form-factors"});
+  EXPECT_EQ(table.code, 0) << table.err << table.out;
+  EXPECT_EQ(table.out.rfind("form-factors ", 0), 0u);
+  EXPECT_EQ(table.out.find("  NO\n"), std::string::npos);
+  const Ended e = run({"validate", "form-factors", "--json"});
+  EXPECT_EQ(e.code, 0) << e.err;
+  const Json found = Json::parse(e.out);
+  EXPECT_EQ(found["suite"], "form-factors");
+  EXPECT_EQ(found["pass"], true);
+  EXPECT_GT(found["cases"].size(), 30u);
+  for (const Json& c : found["cases"])
+    EXPECT_LE(std::abs(c["difference"].get<double>()), c["allowed"].get<double>()) << c["case"];
+}
+
 TEST(Validate, WhatItCannotJudgeIsRefused) {
   for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
-           {"validate"},
            {"validate", "clairvoyance"},
+           {"validate", "form-factors", "scene.obj"},
+           {"validate", "form-factors", "--basis", "0"},
            {"validate", "visibility"},
            {"validate", "visibility", "scene.obj", "--segments", "0"},
            {"validate", "visibility", "scene.obj", "--segments", "1.5"}}) {
