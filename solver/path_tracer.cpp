@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -23,6 +24,8 @@ constexpr std::uint32_t kSobolPoints = 4096;
 constexpr std::uint32_t kSamplesAWave = 16;
 
 constexpr std::uint32_t kPilotWave = 512;  // paths
+// The pilot looks at lights, not at what comes of them: its paths are cut off.
+constexpr int kPilotVertices = 4;
 
 // A path lives on with this probability at least: what dark surfaces still reflect comes in small
 // portions and not as rare large ones.
@@ -74,7 +77,8 @@ class Wave {
     paths_.push_back(path);
     numbers_.push_back(first);
   }
-  void run();
+  // Until every path has ended, or for so many vertices.
+  void run(int vertices = std::numeric_limits<int>::max());
   std::uint64_t rays() const { return rays_; }
 
  private:
@@ -95,8 +99,8 @@ class Wave {
   std::uint64_t rays_ = 0;
 };
 
-void Wave::run() {
-  while (!paths_.empty()) {
+void Wave::run(int vertices) {
+  for (int vertex = 0; vertex < vertices && !paths_.empty(); ++vertex) {
     alive_ = 0;
     for (std::size_t first = 0; first < paths_.size(); first += kRayLanes) {
       const std::size_t count = std::min<std::size_t>(kRayLanes, paths_.size() - first);
@@ -244,7 +248,7 @@ std::uint64_t PathTracer::learn(std::span<const SurfacePoint> points, std::uint6
       for (double& u : first) u = path.random.uniform();
       wave.add(path, first);
     }
-    wave.run();
+    wave.run(kPilotVertices);
     parts[part].rays = wave.rays();
   });
   std::vector<LightRecord> records;

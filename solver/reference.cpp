@@ -21,8 +21,9 @@ constexpr std::uint64_t kLeastPilotPaths = 1u << 14, kMostPilotPaths = 1u << 19;
 constexpr std::uint32_t kFirstRound = 16;  // paths a replicate
 constexpr double kMostGrowth = 4, kPredictionSlack = 1.1;
 
-// Is a point lit? So many paths a replicate at most; those of the test are never the estimate's.
-constexpr std::uint32_t kLitStep = 16, kLitPaths = 128;
+// Is a point lit? So many paths a replicate at most, one at first; those of the test are never the
+// estimate's.
+constexpr std::uint32_t kLitPaths = 128;
 constexpr std::uint64_t kLitLabel = 0x6c6974;
 constexpr int kDrawRounds = 64;
 
@@ -128,8 +129,8 @@ class SurfaceSampler {
 
 bool is_lit(const PathTracer& tracer, const SurfacePoint& point, std::uint64_t number) {
   PointSums sums;
-  while (sums.paths < kLitPaths) {
-    tracer.trace(point, derived(kLitLabel, number), sums.paths + kLitStep, sums);
+  for (std::uint32_t paths = 1; paths <= kLitPaths; paths *= 2) {
+    tracer.trace(point, derived(kLitLabel, number), paths, sums);
     const Spectrum found = sums.mean();
     if (found.x > 0 || found.y > 0 || found.z > 0) return true;
   }

@@ -52,7 +52,7 @@ TEST(PathTracer, UnderASquareLampMatchesTheConfigurationFactor) {
     for (std::size_t i = 0; i < points.size(); ++i) {
       SCOPED_TRACE("height " + std::to_string(height) + ", point " + std::to_string(i));
       // Plain sampling by area alone is off by 100% and more at 1 cm.
-      expect_found(found[i], m * point_to_polygon(points[i].x, {0, 0, 1}, lamp), 0.03);
+      expect_found(found[i], m * point_to_polygon(points[i].x, {0, 0, 1}, lamp), 0.05);
     }
   }
 }
@@ -150,7 +150,8 @@ TEST(PathTracer, BackOfAOneSidedPlateIsBlackAndACoplanarLiningStandsIn) {
               kSigmas * std::hypot(both.standard_error.x, lined.standard_error.x));
 }
 
-// Nine lamps of many sizes over a black floor: what each point gets is the sum of closed forms.
+// Nine lamps of many sizes over a black floor, none of which hides another: what each point gets is
+// the sum of closed forms.
 struct ManyLamps {
   Scene scene;
   std::vector<SurfacePoint> points;
@@ -163,8 +164,7 @@ ManyLamps many_lamps(int side) {
   s.quad("floor", {0, 0, 0}, {9, 0, 0}, {0, 9, 0});
   std::vector<Polygon> lamps;
   for (int i = 0; i < 9; ++i) {
-    const double x = 1.5 + 3 * (i % 3), y = 1.5 + 3 * (i / 3), h = 0.05 * (i + 1),
-                 z = 0.3 * (i + 1);
+    const double x = 1.5 + 3 * (i % 3), y = 1.5 + 3 * (i / 3), z = 0.5, h = 0.05 * (i + 1);
     lamps.push_back({{x - h, y - h, z}, {x - h, y + h, z}, {x + h, y + h, z}, {x + h, y - h, z}});
     s.polygon("lamp", lamps.back(), kFront, true);
   }
@@ -241,7 +241,7 @@ TEST(Reference, DrawsPointsByAreaWhereLightReaches) {
   s.lamp("lamp", {1, 1, 1.5}, 0.2);
   const Scene scene = s.build();
   const PathTracer tracer(scene, 1);
-  constexpr int kPoints = 3000;
+  constexpr int kPoints = 600;
   const std::vector<SurfacePoint> points = draw_lit_points(tracer, kPoints, 4);
   ASSERT_EQ(points.size(), std::size_t{kPoints});
   int on_floor = 0;
