@@ -27,7 +27,11 @@ constexpr std::uint32_t kPilotWave = 512;  // paths
 // The pilot looks at lights, not at what comes of them: its paths are cut off.
 constexpr int kPilotVertices = 4;
 
-// A path lives on with this probability at least: what dark surfaces still reflect comes in small
+// A path lives on with this times what it still carries: twice, so that first bounces end none
+// where surfaces reflect half. Once leaves 25 to 50% more to do for the same noise, four times as
+// much in some scenes and less in others.
+constexpr double kSurvivalOfCarried = 2;
+// It lives on with this probability at least: what dark surfaces still reflect comes in small
 // portions and not as rare large ones.
 constexpr double kLeastSurvival = 0.05;
 
@@ -152,7 +156,7 @@ void Wave::advance(std::span<Path> paths, std::span<const Numbers> numbers) {
     if (side.light != kNoLight)
       sums_[p.replicate] += p.throughput * emitted(p, regions[i], directions[i], hit, side);
     const Spectrum carried = p.throughput * side.reflectance;
-    const double survival = std::min(1.0, std::max(kLeastSurvival, most(carried)));
+    const double survival = std::clamp(kSurvivalOfCarried * most(carried), kLeastSurvival, 1.0);
     if (!(most(carried) > 0) || numbers[i][5] >= survival) continue;
     p.x = hit.point;
     p.n = side.normal;

@@ -12,8 +12,9 @@
 namespace atrium {
 namespace {
 
-// The pilot's paths: so many a point, within these limits.
-constexpr std::uint64_t kPilotPathsAPoint = 32;
+// The pilot's share of all paths, within limits: among hundreds of lamps it is earned back twice.
+// To a noise, as if each point took so many.
+constexpr std::uint64_t kPathsAPilotPath = 8, kPathsToANoise = 1024;
 constexpr std::uint64_t kLeastPilotPaths = 1u << 14, kMostPilotPaths = 1u << 19;
 
 // To a noise: a first round tells how noisy each point is; later ones go on to what that predicts,
@@ -142,10 +143,12 @@ bool is_lit(const PathTracer& tracer, const SurfacePoint& point, std::uint64_t n
 ReferenceResult trace_reference(PathTracer& tracer, std::span<const SurfacePoint> points,
                                 const ReferenceOptions& options,
                                 const ReferenceProgress& progress) {
-  const std::uint64_t pilot_rays = tracer.learn(
-      points, std::clamp(kPilotPathsAPoint * points.size(), kLeastPilotPaths, kMostPilotPaths));
-  Rounds rounds(tracer, points, progress);
   const bool to_noise = options.noise > 0;
+  const std::uint64_t pilot =
+      std::clamp(points.size() * (to_noise ? kPathsToANoise : options.paths) / kPathsAPilotPath,
+                 kLeastPilotPaths, kMostPilotPaths);
+  const std::uint64_t pilot_rays = tracer.learn(points, pilot);
+  Rounds rounds(tracer, points, progress);
   const std::uint64_t paths = (options.paths + kReplicates - 1) / kReplicates;
   std::vector<std::uint32_t> targets(points.size(),
                                      to_noise ? kFirstRound : static_cast<std::uint32_t>(paths));
