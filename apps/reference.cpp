@@ -48,7 +48,7 @@ class Clock {
   std::clock_t cpu_start_ = std::clock();
 };
 
-// The points to trace, as the file has them; none: stdin's or a file's that holds none.
+// As the file has them; "-" is stdin.
 Result<std::vector<ProbePoint>> read_points(const std::string& file) {
   const Result<std::string> text = read_input(file);
   if (!text.ok()) return text.status();
@@ -108,17 +108,34 @@ Status check(const Reference& o, const Global& global) {
   return {};
 }
 
+// What is traced: as the file or the drawing has it, and where that is in the scene.
+struct Points {
+  std::vector<ProbePoint> given;
+  std::vector<SurfacePoint> at;
+};
+
+Points drawn_points(const Reference& o, const PathTracer& tracer, Console& console) {
+  Points points;
+  points.at = draw_lit_points(tracer, o.draw, o.seed);
+  points.given = in_file_units(points.at, tracer.scene().scene().frame);
+  if (points.at.size() < o.draw)
+    console.say("warning: light reaches so little that only " + std::to_string(points.at.size()) +
+                " points were drawn");
+  return points;
+}
+
+// Reads the points before the scene, so that what is wrong with them is told at once.
 Result<int> run_reference(const Reference& o, const Global& global, Console& console) {
   ATRIUM_RETURN_IF_ERROR(check(o, global));
   const Clock clock;
   ImportOptions options = o.scene;
   options.files = o.words;
-  std::vector<ProbePoint> points;
+  Points points;
   if (o.draw == 0) {
     options.files.pop_back();
     auto read = read_points(o.words.back());
     if (!read.ok()) return read.status();
-    points = std::move(*read);
+    points.given = std::move(*read);
   }
   const Result<Scene> scene = import_scene(options);
   if (!scene.ok()) return scene.status();
@@ -126,28 +143,22 @@ Result<int> run_reference(const Reference& o, const Global& global, Console& con
   if (tracer.scene().lights().empty())
     return Status(Code::kScene, options.files[0], "", "no light: no material emits",
                   "add lamps (Ke in the MTL, emissiveFactor in glTF), a lamps file, or --assign");
-  std::vector<SurfacePoint> at;
-  if (o.draw > 0) {
-    at = draw_lit_points(tracer, o.draw, o.seed);
-    points = in_file_units(at, scene->frame);
-    if (at.size() < o.draw)
-      console.say("warning: light reaches so little that only " + std::to_string(at.size()) +
-                  " points were drawn");
-  } else {
-    at = on_surfaces(points, tracer.scene());
-  }
+  if (o.draw > 0)
+    points = drawn_points(o, tracer, console);
+  else
+    points.at = on_surfaces(points.given, tracer.scene());
   ReferenceOptions how{.noise = o.noise};
   if (o.paths > 0) how.paths = o.paths;
-  const ReferenceResult found =
-      trace_reference(tracer, at, how, [&](std::uint64_t done, std::uint64_t wanted) {
-        console.progress(clock.seconds(), [&] {
-          return format_time(clock.seconds()) + "  " + std::to_string(done) + "/" +
-                 std::to_string(wanted) + " paths";
-        });
-      });
-  ATRIUM_RETURN_IF_ERROR(write_output(o.output, {csv(points, found.points)}));
-  const ReferenceFigures figures{at.size(),       found.paths,         found.rays,
-                                 clock.seconds(), clock.cpu_seconds(), found.noise};
+  const auto progress = [&](std::uint64_t done, std::uint64_t wanted) {
+    console.progress(clock.seconds(), [&] {
+      return format_time(clock.seconds()) + "  " + std::to_string(done) + "/" +
+             std::to_string(wanted) + " paths";
+    });
+  };
+  const ReferenceResult found = trace_reference(tracer, points.at, how, progress);
+  ATRIUM_RETURN_IF_ERROR(write_output(o.output, {csv(points.given, found.points)}));
+  const ReferenceFigures figures{points.at.size(), found.paths,         found.rays,
+                                 clock.seconds(),  clock.cpu_seconds(), found.noise};
   say_figures(figures, console);
   if (global.json) std::cout << reference_json(figures);
   return 0;
