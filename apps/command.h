@@ -43,6 +43,7 @@ Command status_command();
 Command stop_command();
 Command check_command();
 Command probe_command();
+Command reference_command();
 Command render_command();
 Command export_command();
 Command report_command();

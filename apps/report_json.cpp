@@ -220,6 +220,15 @@ std::string probe_json(const std::vector<ProbePoint>& points,
   return document({{"points", rows}});
 }
 
+std::string reference_json(const ReferenceFigures& f) {
+  return document({{"points", f.points},
+                   {"paths", f.paths},
+                   {"rays", f.rays},
+                   {"seconds", f.seconds},
+                   {"cpu_seconds", f.cpu_seconds},
+                   {"noise", f.noise}});
+}
+
 std::string picture_json(const std::string& file, int width, int height,
                          std::optional<double> exposure_ev) {
   return document({{"file", file},

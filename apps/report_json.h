@@ -37,6 +37,12 @@ std::string plan_json(const Plan& plan);
 std::string form_factor_json(double f12, double f21, double a1, double a2);
 std::string probe_json(const std::vector<ProbePoint>& points,
                        const std::vector<ProbeAnswer>& answers);
+// What reference took; noise as ReferenceResult has it.
+struct ReferenceFigures {
+  std::uint64_t points = 0, paths = 0, rays = 0;
+  double seconds = 0, cpu_seconds = 0, noise = 0;
+};
+std::string reference_json(const ReferenceFigures& figures);
 std::string picture_json(const std::string& file, int width, int height,
                          std::optional<double> exposure_ev);
 std::string export_json(const std::string& file, std::uint64_t bytes, std::uint64_t vertices,
