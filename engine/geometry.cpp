@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace atrium {
 
@@ -181,10 +182,50 @@ Box bounds(PolygonView points, const Frame& frame) {
   return box;
 }
 
-Vec3 cosine_direction(const Frame& f, int i, int count) {
+Frame frame_about(const Vec3& n) {
+  const double sign = std::copysign(1.0, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
+  return {.u = {1 + sign * n.x * n.x * a, sign * b, -sign * n.x},
+          .v = {b, sign + n.y * n.y * a, -n.y},
+          .n = n};
+}
+
+namespace {
+
+// A point of the unit disc, by its squared distance from the centre and its angle.
+Vec3 lifted(const Frame& f, double r2, double angle) {
+  const double r = std::sqrt(r2);
+  return r * std::cos(angle) * f.u + r * std::sin(angle) * f.v + std::sqrt(1 - r2) * f.n;
+}
+
+}  // namespace
+
+Vec3 cosine_direction(const Frame& frame, int i, int count) {
   constexpr double kGoldenAngle = 2.39996322972865332;
-  const double r2 = (i + 0.5) / count, r = std::sqrt(r2), a = kGoldenAngle * i;
-  return r * std::cos(a) * f.u + r * std::sin(a) * f.v + std::sqrt(1 - r2) * f.n;
+  return lifted(frame, (i + 0.5) / count, kGoldenAngle * i);
+}
+
+Vec3 cosine_direction(const Frame& frame, const Vec2& square) {
+  return lifted(frame, square.x, 2 * std::numbers::pi * square.y);
+}
+
+double fan_area(PolygonView polygon, std::size_t i) {
+  return 0.5 * length(cross(polygon[i - 1] - polygon[0], polygon[i] - polygon[0]));
+}
+
+Vec3 point_of(const Vec3& a, const Vec3& b, const Vec3& c, const Vec2& square) {
+  const Vec3 far = b + square.y * (c - b);
+  return a + std::sqrt(square.x) * (far - a);
+}
+
+// The first coordinate chooses a triangle of the fan, and what is left of it a place there.
+Vec3 point_of(PolygonView polygon, const Vec2& square) {
+  double whole = 0;
+  for (std::size_t i = 2; i < polygon.size(); ++i) whole += fan_area(polygon, i);
+  double left = square.x * whole, part = fan_area(polygon, 2);
+  std::size_t i = 2;
+  for (; i + 1 < polygon.size() && left >= part; part = fan_area(polygon, ++i)) left -= part;
+  const double share = part > 0 ? std::min(1.0, left / part) : 0;
+  return point_of(polygon[0], polygon[i - 1], polygon[i], {share, square.y});
 }
 
 }  // namespace atrium

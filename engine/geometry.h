@@ -79,8 +79,21 @@ Frame frame_of(PolygonView polygon);  // u along its longest edge, n its normal
 // The box around points in the frame's own coordinates.
 Box bounds(PolygonView points, const Frame& frame);
 
+// A frame at the origin with this normal, u and v any. [Duff et al. 2017]
+Frame frame_about(const Vec3& normal);
+
 // Direction i of a cosine-weighted bundle about the frame's normal, unit length: a Fibonacci spiral
 // over the disc, lifted. [Malley]
 Vec3 cosine_direction(const Frame& frame, int i, int count);
+
+// The unit square taken elsewhere so that points that are uniform and even there stay so: to
+// directions, cosine-weighted about the frame's normal [Malley]; to a triangle or a convex polygon,
+// by area.
+Vec3 cosine_direction(const Frame& frame, const Vec2& square);  // unit
+Vec3 point_of(const Vec3& a, const Vec3& b, const Vec3& c, const Vec2& square);
+Vec3 point_of(PolygonView polygon, const Vec2& square);
+
+// m², of the triangle between corners 0, i - 1 and i: a convex polygon is a fan of them.
+double fan_area(PolygonView polygon, std::size_t i);
 
 }  // namespace atrium

@@ -6,8 +6,8 @@
 #include <functional>
 #include <numbers>
 
-#include "scheduler/sample_sequence.h"
 #include "solver/form_factor.h"
+#include "solver/sample_sequence.h"
 
 namespace atrium {
 
@@ -287,11 +287,11 @@ void cast_shadow_rays(const Vec3& x, const Vec3& normal, std::span<const SourceP
   double whole = 0;
   for (const SourcePiece& piece : pieces) whole += piece.weight;
   std::vector<ShadowRay> shadow;
-  Deal deal(SampleSequence(mixed(key, pieces.size())).at(0).x);
+  Deal deal(SampleSequence(derived(key, pieces.size())).at(0).x);
   for (std::uint32_t i = 0; i < pieces.size(); ++i) {
     const Share share = deal.to(rays * pieces[i].weight / whole);
     if (share.rays > 0)
-      add_rays(x, normal, pieces[i], i, share, SampleSequence(mixed(key, i)), shadow);
+      add_rays(x, normal, pieces[i], i, share, SampleSequence(derived(key, i)), shadow);
   }
   for (std::size_t first = 0; first < shadow.size(); first += kRayLanes) {
     const std::size_t lanes = std::min<std::size_t>(kRayLanes, shadow.size() - first);

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "engine/cluster_record.h"
-#include "scheduler/sample_sequence.h"
 #include "scheduler/solution.h"
+#include "solver/sample_sequence.h"
 
 namespace atrium {
 
@@ -165,7 +165,7 @@ class Draw {
       if (!e.leaf()) continue;
       const double due = flux_.due(*patch.head, back, e.area, mean_of(patch, i));
       for (passed_ += due; at_ < passed_ && more(); place_next()) {
-        const SampleSequence place(mixed(settings_.seed, 2 * samples_.size()));
+        const SampleSequence place(derived(settings_.seed, 2 * samples_.size()));
         Sample s = sample_at(patch, i, place.at(0));
         s.point.cluster = cluster;
         s.weight = e.area / due;
@@ -180,7 +180,7 @@ class Draw {
  private:
   bool more() const { return samples_.size() < static_cast<std::size_t>(settings_.points); }
   void place_next() {
-    const SampleSequence chance(mixed(settings_.seed, 2 * samples_.size() + 1));
+    const SampleSequence chance(derived(settings_.seed, 2 * samples_.size() + 1));
     at_ = (static_cast<double>(samples_.size()) + chance.at(0).x) * step_;
   }
 
@@ -476,7 +476,7 @@ Result<ErrorEstimate> estimate_error(const Model& model, ClusterStore& store, Fr
   RayShares shares{groups.of_cluster, groups.area_share.size(), {}};
   std::vector<GatherPoint> points;
   for (const Sample& s : samples) points.push_back(s.point);
-  const FreshSettings gather{settings.directions, kReplicates, mixed(settings.seed, 0)};
+  const FreshSettings gather{settings.directions, kReplicates, derived(settings.seed, 0)};
   const auto fresh_values = fresh.gather(*bright, points, gather, &shares);
   if (!fresh_values.ok()) return fresh_values.status();
   for (std::size_t i = 0; i < samples.size(); ++i) compare((*fresh_values)[i], samples[i]);

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <optional>
 
-#include "scheduler/sample_sequence.h"
 #include "scheduler/solution.h"
+#include "solver/sample_sequence.h"
 
 namespace atrium {
 
@@ -119,14 +119,14 @@ PatchId FreshGather::facing_side(const Hit& hit, const Vec3& direction) const {
 // A replicate's cosine-weighted rays.
 void FreshGather::send_out(const RayScene& scene, const GatherPoint& point, std::uint32_t replicate,
                            std::size_t count, std::uint64_t key, std::vector<RayEnd>& ends) const {
-  const Hemisphere hemisphere(point.normal);
+  const Frame frame = frame_about(point.normal);
   const SampleSequence sequence(key);
   for (std::size_t first = 0; first < count; first += kRayLanes) {
     RayPacket packet;
     std::array<Vec3, kRayLanes> along;
     const std::size_t lanes = std::min<std::size_t>(kRayLanes, count - first);
     for (std::size_t k = 0; k < lanes; ++k) {
-      along[k] = hemisphere.cosine_direction(sequence.at(static_cast<std::uint32_t>(first + k)));
+      along[k] = cosine_direction(frame, sequence.at(static_cast<std::uint32_t>(first + k)));
       packet.set(static_cast<int>(k), point.x, along[k], model_.tolerance);
     }
     HitPacket hits;
@@ -148,16 +148,16 @@ void FreshGather::trace_point(const RayScene& scene, std::size_t i, Batch& batch
   const GatherPoint& point = batch.point(i);
   std::vector<RayEnd>& ends = batch.ends[i];
   ends.clear();
-  const std::uint64_t key = mixed(batch.settings.seed, batch.numbers[i]);
+  const std::uint64_t key = derived(batch.settings.seed, batch.numbers[i]);
   for (std::uint32_t r = 0; r < batch.replicates(); ++r)
-    send_out(scene, point, r, batch.count(r), mixed(mixed(key, r), kDirections), ends);
+    send_out(scene, point, r, batch.count(r), derived(derived(key, r), kDirections), ends);
   std::vector<SourcePiece> pieces;
   batch.bright->look(point.x, point.normal, point.cluster, pieces);
   std::vector<SeenSource> seen;
   for (std::uint32_t r = 0; r < batch.replicates(); ++r) {
     seen.clear();
     cast_shadow_rays(point.x, point.normal, pieces, scene, static_cast<int>(batch.count(r)),
-                     mixed(mixed(key, r), kShadows), seen);
+                     derived(derived(key, r), kShadows), seen);
     Spectrum& direct = batch.direct[i * batch.replicates() + r];
     direct = Spectrum{0};
     for (const SeenSource& s : seen)

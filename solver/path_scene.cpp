@@ -55,11 +55,10 @@ void PathScene::add_light(std::uint32_t surface) {
   const PolygonView polygon = scene_.polygon(s);
   Light light{surface, static_cast<std::uint32_t>(triangles_.size()), 0, 0};
   for (std::size_t i = 2; i < polygon.size(); ++i) {
-    Triangle t{polygon[0], polygon[i - 1] - polygon[0], polygon[i] - polygon[0], light.area, 0};
-    t.area = 0.5 * length(cross(t.ab, t.ac));
-    if (!(t.area > 0)) continue;
-    triangles_.push_back(t);
-    light.area += t.area;
+    const double part = fan_area(polygon, i);
+    if (!(part > 0)) continue;
+    triangles_.push_back({polygon[0], polygon[i - 1], polygon[i], light.area, part});
+    light.area += part;
     ++light.triangle_count;
   }
   if (light.triangle_count == 0) return;
@@ -121,15 +120,15 @@ MetSide PathScene::met(const Hit& hit, const Vec3& direction) const {
   return met;
 }
 
-LightPoint PathScene::light_point(std::uint32_t light, double u, double v) const {
+LightPoint PathScene::light_point(std::uint32_t light, const Vec2& square) const {
   const Light& l = lights_[light];
-  const double at = u * l.area;
+  const double at = square.x * l.area;
   const Triangle* t = &triangles_[l.first_triangle];
   const Triangle* last = t + l.triangle_count - 1;
   while (t != last && at >= t->before + t->area) ++t;
-  const double s = std::sqrt(std::clamp((at - t->before) / t->area, 0.0, 1.0));
+  const double share = std::clamp((at - t->before) / t->area, 0.0, 1.0);
   const Surface& surface = scene_.surfaces[l.surface];
-  return {t->a + s * ((1 - v) * t->ab + v * t->ac), planes_[l.surface].normal,
+  return {point_of(t->a, t->b, t->c, {share, square.y}), planes_[l.surface].normal,
           scene_.materials[surface.material.value].exitance, l.area, surface.sides};
 }
 

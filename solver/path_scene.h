@@ -52,8 +52,8 @@ class PathScene {
   MetSide met(const Hit& hit, const Vec3& direction) const;
   double light_area(std::uint32_t light) const { return lights_[light].area; }
 
-  // Uniform by area for u, v uniform in (0, 1).
-  LightPoint light_point(std::uint32_t light, double u, double v) const;
+  // Uniform by area where the square's points are uniform.
+  LightPoint light_point(std::uint32_t light, const Vec2& square) const;
 
   // x moved onto the plane of the surface that it lies on within `tolerance` (m) and that is normal
   // to n; where there is none, x.
@@ -61,7 +61,7 @@ class PathScene {
 
  private:
   struct Triangle {
-    Vec3 a{0}, ab{0}, ac{0};
+    Vec3 a{0}, b{0}, c{0};
     double before = 0, area = 0;  // m²; the light's triangles before it
   };
   struct Light {
@@ -79,7 +79,7 @@ class PathScene {
   RayScene rays_;
   double area_ = 0, near_ = 0;
   std::vector<Light> lights_;
-  std::vector<Triangle> triangles_;
+  std::vector<Triangle> triangles_;  // every vertex of a path asks: their areas are kept
   std::vector<LightOutline> outlines_;
   std::vector<std::uint32_t> light_of_surface_;
   Rows<std::uint32_t> stand_ins_;  // a row a surface: those that may count where it does not

@@ -54,15 +54,6 @@ struct Look {
 double sum(const Spectrum& s) { return s.x + s.y + s.z; }
 double most(const Spectrum& s) { return std::max({s.x, s.y, s.z}); }
 
-// Cosine-distributed about n. [Malley; the frame after Duff et al. 2017]
-Vec3 cosine_direction(const Vec3& n, double u, double v) {
-  const double sign = std::copysign(1.0, n.z), a = -1 / (sign + n.z), b = n.x * n.y * a;
-  const Vec3 s{1 + sign * n.x * n.x * a, sign * b, -sign * n.x};
-  const Vec3 t{b, sign + n.y * n.y * a, -n.y};
-  const double r = std::sqrt(u), angle = 2 * std::numbers::pi * v;
-  return r * std::cos(angle) * s + r * std::sin(angle) * t + std::sqrt(1 - u) * n;
-}
-
 // Both strategies' densities over solid angle, from a vertex towards a point of a light, the
 // light's over the cosine's.
 double density_ratio(double probability, double area, double d2, double cos_x, double cos_light) {
@@ -134,7 +125,7 @@ void Wave::advance(std::span<Path> paths, std::span<const Numbers> numbers) {
     regions[i] = choice_.region(p.x, p.n);
     Vec3 at;
     if (look(p, regions[i], u, looks[i], at)) shadows.set(static_cast<int>(i), p.x, at);
-    directions[i] = cosine_direction(p.n, u[0], u[1]);
+    directions[i] = cosine_direction(frame_about(p.n), {u[0], u[1]});
     rays.set(static_cast<int>(i), p.x, directions[i], scene_.near());
   }
   std::uint16_t blocked = 0;
@@ -170,7 +161,7 @@ bool Wave::look(const Path& path, LightChoice::Region region, const Numbers& u, 
                 Vec3& at) const {
   const auto chosen = choice_.choose(region, path.x, path.n, u[4]);
   if (!chosen) return false;
-  const LightPoint point = scene_.light_point(chosen->light, u[2], u[3]);
+  const LightPoint point = scene_.light_point(chosen->light, {u[2], u[3]});
   const Vec3 to = point.x - path.x;
   const double d2 = dot(to, to);
   if (!(d2 > 0)) return false;

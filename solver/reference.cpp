@@ -118,7 +118,7 @@ class SurfaceSampler {
     const auto up_to = std::upper_bound(area_up_to_.begin(), area_up_to_.end() - 1, at);
     const Surface& s = *surfaces_[static_cast<std::size_t>(up_to - area_up_to_.begin())];
     const Vec3 normal = plane_of(scene_.polygon(s)).normal;
-    return {random_point(scene_.polygon(s), random), s.sides & kFront ? normal : -normal};
+    return {point_of(scene_.polygon(s), random.square()), s.sides & kFront ? normal : -normal};
   }
 
  private:

@@ -56,41 +56,55 @@ constexpr std::uint32_t reversed(std::uint32_t x) {
   return __builtin_bswap32(x);
 }
 
+// Bits of a point in one dimension, the highest last.
+constexpr std::uint32_t sobol(int dimension, std::uint32_t index) {
+  std::uint32_t x = 0;
+  for (int bit = 0; index >> bit != 0; ++bit)
+    if (index >> bit & 1) x ^= kGenerators[dimension][bit];
+  return reversed(x);
+}
+
 // Owen's scramble of reversed bits: each bit is flipped by what stands before it. [Laine & Karras
-// 2011, the constants Burley's]
+// 2011; steps and constants of Vegdahl 2021, Building a Better LK Hash]
 constexpr std::uint32_t owen_scrambled(std::uint32_t x, std::uint32_t seed) {
+  x ^= x * 0x3d20adeau;
   x += seed;
-  x ^= x * 0x6c50b47cu;
-  x ^= x * 0xb82f1e52u;
-  x ^= x * 0xc7afe638u;
-  x ^= x * 0x8d22f6e6u;
+  x *= (seed >> 16) | 1;
+  x ^= x * 0x05526c56u;
+  x ^= x * 0x53a22864u;
   return x;
+}
+
+double fraction(std::uint32_t reversed_bits, std::uint32_t seed) {
+  constexpr double kUnit = 1.0 / (std::uint64_t{1} << kBits);
+  return (reversed(owen_scrambled(reversed_bits, seed)) + 0.5) * kUnit;
+}
+
+// Dimensions 2 × pair and the one after it, scrambled.
+Vec2 scrambled_pair(std::uint32_t x, std::uint32_t y, std::uint64_t seed, int pair) {
+  const std::uint64_t seeds = derived(seed, static_cast<std::uint64_t>(pair));
+  return {fraction(x, static_cast<std::uint32_t>(seeds)),
+          fraction(y, static_cast<std::uint32_t>(seeds >> kBits))};
 }
 
 }  // namespace
 
-void SobolTable::extend(std::uint32_t count) {
-  for (std::uint32_t i = size(); i < count; ++i) {
-    Reversed& point = points_.emplace_back();
-    for (int d = 0; d < kSobolDimensions; ++d) {
-      std::uint32_t x = 0;
-      for (int bit = 0; i >> bit != 0; ++bit)
-        if (i >> bit & 1) x ^= kGenerators[d][bit];
-      point[d] = reversed(x);
-    }
-  }
+Vec2 SampleSequence::at(std::uint32_t index) const {
+  return scrambled_pair(sobol(0, index), sobol(1, index), seed_, 0);
+}
+
+SobolTable::SobolTable(std::uint32_t count) : points_(count) {
+  for (std::uint32_t i = 0; i < count; ++i)
+    for (int d = 0; d < kSobolDimensions; ++d) points_[i][d] = sobol(d, i);
 }
 
 SobolPoint SobolTable::scrambled(std::uint32_t index, std::uint64_t seed) const {
-  constexpr double kUnit = 1.0 / (std::uint64_t{1} << kBits);
   ATRIUM_CHECK(index < points_.size());
   SobolPoint point;
   for (int d = 0; d < kSobolDimensions; d += 2) {
-    const std::uint64_t seeds = derived(seed, static_cast<std::uint64_t>(d));
-    for (int k = 0; k < 2; ++k) {
-      const auto own = static_cast<std::uint32_t>(seeds >> (kBits * k));
-      point[d + k] = (reversed(owen_scrambled(points_[index][d + k], own)) + 0.5) * kUnit;
-    }
+    const Vec2 pair = scrambled_pair(points_[index][d], points_[index][d + 1], seed, d / 2);
+    point[d] = pair.x;
+    point[d + 1] = pair.y;
   }
   return point;
 }

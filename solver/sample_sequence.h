@@ -1,18 +1,21 @@
-// Sample numbers for path tracing: low-discrepancy points for what is decided at a path's start,
-// hashed random numbers for what comes later. Counter based: the numbers of a path follow from its
-// seeds alone, whoever draws them and when.
+// Sample numbers: low-discrepancy points where how even they are counts, hashed random numbers
+// elsewhere. Counter based: they follow from seeds and indices alone, whoever draws them and when.
 //
-//  - SobolTable: the first points of Sobol's sequence, unscrambled. [Joe & Kuo 2008]
-//  - scrambled(): a point of it, Owen-scrambled by a seed, which makes each point uniform over the
-//    cube and keeps the set's stratification. [Burley 2020, Practical Hash-based Owen Scrambling]
-//  - HashStream: random numbers. [splitmix64, Steele, Lea & Flood 2014]
+//  - derived(): a seed from a seed. HashStream: random numbers. [SplitMix64, Steele, Lea & Flood
+//    2014]
+//  - SampleSequence: points of the unit square, of Sobol's sequence, Owen-scrambled by a seed: that
+//    makes each point uniform by itself and sequences of different seeds independent, and keeps the
+//    stratification. [Sobol' 1967; Owen 1995; Laine & Karras 2011]
+//  - SobolTable: the same in more dimensions, for the first so many points.
 //
-// A SobolTable is immutable once built; a HashStream belongs to one thread.
+// A SobolTable is immutable once built; a HashStream belongs to one thread; all else is pure.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <vector>
+
+#include "engine/vec.h"
 
 namespace atrium {
 
@@ -27,7 +30,7 @@ constexpr std::uint64_t mixed(std::uint64_t z) {
 
 inline constexpr std::uint64_t kGoldenStep = 0x9e3779b97f4a7c15ull;
 
-// A seed that follows from another and a number.
+// A seed for each pair of seed and number, as good as independent of all others.
 constexpr std::uint64_t derived(std::uint64_t seed, std::uint64_t number) {
   return mixed(seed + kGoldenStep * (number + 1));
 }
@@ -47,15 +50,22 @@ class HashStream {
   std::uint64_t state_;
 };
 
+class SampleSequence {
+ public:
+  explicit SampleSequence(std::uint64_t seed) : seed_(seed) {}
+  Vec2 at(std::uint32_t index) const;  // in (0, 1)²
+
+ private:
+  std::uint64_t seed_;
+};
+
 using SobolPoint = std::array<double, kSobolDimensions>;  // in (0, 1)
 
 class SobolTable {
  public:
-  explicit SobolTable(std::uint32_t count = 0) { extend(count); }
-  // Points below `count` are there from now on.
-  void extend(std::uint32_t count);
-  std::uint32_t size() const { return static_cast<std::uint32_t>(points_.size()); }
+  explicit SobolTable(std::uint32_t count);
 
+  // Its first two numbers are SampleSequence's. index: below `count`.
   SobolPoint scrambled(std::uint32_t index, std::uint64_t seed) const;
 
  private:

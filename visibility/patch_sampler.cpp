@@ -24,34 +24,13 @@ double RandomStream::uniform() {
   return static_cast<double>(engine_() >> (64 - kMantissa)) * kUnit;
 }
 
+Vec2 RandomStream::square() {
+  const double x = uniform();
+  return {x, uniform()};
+}
+
 std::size_t RandomStream::below(std::size_t count) {
   return static_cast<std::size_t>(uniform() * static_cast<double>(count));
-}
-
-namespace {
-
-// Of the triangle of the fan around the polygon's first corner that ends at corner i, m².
-double fan_area(PolygonView polygon, std::size_t i) {
-  return 0.5 * length(cross(polygon[i - 1] - polygon[0], polygon[i] - polygon[0]));
-}
-
-Vec3 random_point(const Vec3& a, const Vec3& b, const Vec3& c, RandomStream& random) {
-  double s = random.uniform(), t = random.uniform();
-  if (s + t > 1) s = 1 - s, t = 1 - t;
-  return a + s * (b - a) + t * (c - a);
-}
-
-}  // namespace
-
-Vec3 random_point(PolygonView polygon, RandomStream& random) {
-  double left = random.uniform() * area(polygon);
-  std::size_t i = 2;
-  for (; i + 1 < polygon.size(); ++i) {
-    const double part = fan_area(polygon, i);
-    if (left < part) break;
-    left -= part;
-  }
-  return random_point(polygon[0], polygon[i - 1], polygon[i], random);
 }
 
 PatchSampler::PatchSampler(const Model& model) : model_(model) {
@@ -105,7 +84,7 @@ PatchPoint PatchSampler::point_at(double area, std::size_t first, std::size_t la
   const double* next = std::upper_bound(before + first + 1, before + last, area);
   const Triangle& t = triangles_[static_cast<std::size_t>(next - before - 1)];
   const auto corner = [&](int k) { return model_.vertices[t.corners[k]]; };
-  return {t.patch, random_point(corner(0), corner(1), corner(2), random)};
+  return {t.patch, point_of(corner(0), corner(1), corner(2), random.square())};
 }
 
 PatchPoint PatchSampler::pick(std::size_t first, std::size_t last, RandomStream& random) const {

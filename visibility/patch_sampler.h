@@ -19,14 +19,12 @@ class RandomStream {
  public:
   RandomStream(std::uint64_t seed, std::uint64_t number);
   double uniform();                      // [0, 1)
+  Vec2 square();                         // [0, 1)²
   std::size_t below(std::size_t count);  // 0, 1, … count - 1
 
  private:
   std::mt19937_64 engine_;
 };
-
-// Uniform by area over a convex polygon.
-Vec3 random_point(PolygonView polygon, RandomStream& random);
 
 // A random point of a patch.
 struct PatchPoint {

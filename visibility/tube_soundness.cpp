@@ -94,8 +94,8 @@ void TubeJudge::shoot(const End& p, const End& q, Variety found, RandomStream& r
   std::array<Vec3, kRayLanes> from, to;
   SegmentPacket packet;
   for (int i = 0; i < kRayLanes; ++i) {
-    from[i] = random_point(p.polygon, random);
-    to[i] = random_point(q.polygon, random);
+    from[i] = point_of(p.polygon, random.square());
+    to[i] = point_of(q.polygon, random.square());
     if (p.plane.distance(to[i]) > look_.width() && q.plane.distance(from[i]) > look_.width())
       packet.set(i, from[i], to[i]);
   }
