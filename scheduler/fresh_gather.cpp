@@ -14,8 +14,10 @@ namespace atrium {
 
 namespace {
 
-// Rays whose ends are held at a time: 16 MiB of them, whatever is asked for.
-constexpr std::size_t kRaysABatch = std::size_t{1} << 18;
+// So many directions a batch, or one point's where those are more.
+constexpr std::size_t kDirectionsABatch = std::size_t{1} << 18;
+// What the ends of their rays take, those of as many shadow rays and the list of all that are lit.
+constexpr std::size_t kBatchBytes = std::size_t{40} << 20;
 // A surface met from behind: its other side lies within so many tolerances.
 constexpr double kOtherSide = 10;
 // The two uses of a replicate's random numbers.
@@ -69,6 +71,8 @@ struct FreshGather::RayEnd {
 
 // Points of consecutive numbers in the order of their rooms, and their rays.
 struct FreshGather::Batch {
+  static_assert(2 * kDirectionsABatch * (sizeof(RayEnd) + sizeof(RayEnd*)) == kBatchBytes);
+
   std::span<const GatherPoint> points;     // all of the caller's
   std::span<const std::uint32_t> numbers;  // of this batch's, room by room
   FreshSettings settings;
@@ -274,7 +278,7 @@ Result<std::vector<FreshIrradiance>> FreshGather::gather(const BrightSources& br
   batch.points = points;
   batch.bright = &bright;
   batch.settings = settings;
-  const std::size_t most = std::max<std::size_t>(1, kRaysABatch / batch.directions());
+  const std::size_t most = std::max<std::size_t>(1, kDirectionsABatch / batch.directions());
   for (std::size_t first = 0; first < by_room.size(); first += most) {
     batch.numbers = std::span(by_room).subspan(first, std::min(most, by_room.size() - first));
     batch.ends.resize(batch.numbers.size());

@@ -10,8 +10,7 @@
 //  2. Works within bounds, whatever the scene's size: points go room by room, in batches of rays; a
 //     source's record is pinned once a batch.
 //  3. A point's result depends on the solution, the settings and its own number alone: the same
-//  bits
-//     for any number of threads and any arena.
+//     bits for any number of threads and any arena.
 //
 // One caller at a time; inside, points are shared by all threads. The store, the model and the ray
 // worlds outlive it. Where the store is written to meanwhile, a gather is of what stands there
