@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <numbers>
 
+#include "scheduler/stored_patches.h"
 #include "solver/form_factor.h"
 #include "solver/sample_sequence.h"
 
@@ -31,8 +31,7 @@ constexpr double kFar = 0.02;
 constexpr double kSureOfRay = 0.125;
 
 double mean_luminance(const PatchView& patch, std::size_t element) {
-  const std::span<const double> e = patch.e_of(element);
-  return luminance(patch.head->reflectance * Spectrum{e[0], e[1], e[2]});
+  return luminance(patch.head->reflectance * mean_irradiance(patch, element));
 }
 
 void measure_ball(BrightSource& source) {
@@ -57,12 +56,11 @@ BrightSource lamp_of(const Model& model, const PatchHead& head) {
 }
 
 BrightSource element_of(const PatchView& patch, std::int32_t i) {
-  const std::span<const double> e = patch.e_of(static_cast<std::size_t>(i));
   BrightSource s;
   s.patch = PatchId(patch.head->patch);
   s.element = i;
   s.normal = patch.head->frame.n;
-  s.radiosity = patch.head->reflectance * Spectrum{e[0], e[1], e[2]};
+  s.radiosity = patch.head->reflectance * mean_irradiance(patch, static_cast<std::size_t>(i));
   for (const Vec2& v : patch.polygon(patch.elements[i])) s.polygon.push_back(patch.point(v));
   measure_ball(s);
   return s;
@@ -80,22 +78,6 @@ void add_bright_elements(const PatchView& patch, std::int32_t i, double bright,
     add_bright_elements(patch, e.child, bright, row);
     add_bright_elements(patch, e.child + 1, bright, row);
   }
-}
-
-// Calls `visit` with each patch that receives, cluster by cluster.
-Status each_patch(const Model& model, ClusterStore& store,
-                  const std::function<void(std::size_t, const PatchView&)>& visit,
-                  const std::function<void()>& end_of_cluster) {
-  for (std::size_t c = 0; c < model.clusters.size(); ++c) {
-    const Result<ClusterPin> pin = store.read(record_id(RecordKind::kCluster, c));
-    if (!pin.ok()) return pin.status();
-    const Result<ClusterView> view = ClusterView::parse(pin->bytes());
-    if (!view.ok()) return view.status();
-    for (std::size_t p = 0; p < view->size(); ++p)
-      if (!view->patch_head(p).inert) visit(c, view->patch(p));
-    end_of_cluster();
-  }
-  return {};
 }
 
 // What the thresholds are relative to.
@@ -228,14 +210,15 @@ void add_rays(const Vec3& x, const Vec3& normal, const SourcePiece& piece, std::
 
 Result<BrightSources> BrightSources::find(const Model& model, ClusterStore& store) {
   Means means;
-  ATRIUM_RETURN_IF_ERROR(each_patch(
-      model, store, [&](std::size_t, const PatchView& patch) { means.add(patch); }, [] {}));
+  for (std::size_t c = 0; c < model.clusters.size(); ++c)
+    ATRIUM_RETURN_IF_ERROR(
+        each_receiver(store, ClusterId(c), [&](const PatchView& patch) { means.add(patch); }));
   BrightSources all(model);
   all.is_lamp_.assign(model.patches.size(), false);
   all.has_bright_elements_.assign(model.patches.size(), false);
   std::vector<BrightSource> row;
   const double lamp = kLampOfMean * means.exitance(), bright = kBrightOfMean * means.radiosity();
-  const auto add = [&](std::size_t, const PatchView& patch) {
+  const auto add = [&](const PatchView& patch) {
     const std::uint32_t id = patch.head->patch;
     if (luminance(patch.head->exitance) > lamp) {
       row.push_back(lamp_of(model, *patch.head));
@@ -245,13 +228,14 @@ Result<BrightSources> BrightSources::find(const Model& model, ClusterStore& stor
     if (bright > 0) add_bright_elements(patch, 0, bright, row);
     all.has_bright_elements_[id] = row.size() > before;
   };
-  ATRIUM_RETURN_IF_ERROR(each_patch(model, store, add, [&] {
+  for (std::size_t c = 0; c < model.clusters.size(); ++c) {
+    row.clear();
+    ATRIUM_RETURN_IF_ERROR(each_receiver(store, ClusterId(c), add));
     std::sort(row.begin(), row.end(), [](const BrightSource& a, const BrightSource& b) {
       return std::pair(a.patch, a.element) < std::pair(b.patch, b.element);
     });
     all.sources_.push_row(row);
-    row.clear();
-  }));
+  }
   return all;
 }
 

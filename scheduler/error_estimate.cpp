@@ -10,6 +10,7 @@
 
 #include "engine/cluster_record.h"
 #include "scheduler/solution.h"
+#include "scheduler/stored_patches.h"
 #include "solver/sample_sequence.h"
 
 namespace atrium {
@@ -42,11 +43,6 @@ double light_of(const PatchHead& head, const Spectrum& e) {
   return std::max(0.0, luminance(head.exitance + head.reflectance * e));
 }
 
-Spectrum mean_of(const PatchView& patch, std::size_t element) {
-  const std::span<const double> e = patch.e_of(element);
-  return {e[0], e[1], e[2]};
-}
-
 // The solution's own sums over all patches that receive.
 struct Flux {
   double area = 0;  // m²
@@ -57,7 +53,7 @@ struct Flux {
 
   void add(std::size_t cluster, const PatchView& patch) {
     const PatchHead& head = *patch.head;
-    const Spectrum e = head.area * mean_of(patch, 0);
+    const Spectrum e = head.area * mean_irradiance(patch, 0);
     area += head.area;
     area_of_cluster[cluster] += head.area;
     emitted += head.area * head.exitance;
@@ -66,7 +62,7 @@ struct Flux {
     for (std::size_t i = 0; i < patch.elements.size(); ++i) {
       if (!patch.elements[i].leaf()) continue;
       leaves += 1;
-      light += patch.elements[i].area * light_of(head, mean_of(patch, i));
+      light += patch.elements[i].area * light_of(head, mean_irradiance(patch, i));
     }
   }
   // What the residual and the loss have for a mean, from the flux balance.
@@ -91,14 +87,9 @@ std::vector<ClusterId> room_by_room(const Model& model) {
 // Calls `visit` with each patch that receives, room by room.
 Status each_patch(const Model& model, ClusterStore& store,
                   const std::function<void(ClusterId, const PatchView&)>& visit) {
-  for (const ClusterId c : room_by_room(model)) {
-    const Result<ClusterPin> pin = store.read(record_id(RecordKind::kCluster, c.value));
-    if (!pin.ok()) return pin.status();
-    const Result<ClusterView> view = ClusterView::parse(pin->bytes());
-    if (!view.ok()) return view.status();
-    for (std::size_t p = 0; p < view->size(); ++p)
-      if (!view->patch_head(p).inert) visit(c, view->patch(p));
-  }
+  for (const ClusterId c : room_by_room(model))
+    ATRIUM_RETURN_IF_ERROR(
+        each_receiver(store, c, [&](const PatchView& patch) { visit(c, patch); }));
   return {};
 }
 
@@ -163,7 +154,7 @@ class Draw {
     for (std::size_t i = 0; i < patch.elements.size(); ++i) {
       const Element& e = patch.elements[i];
       if (!e.leaf()) continue;
-      const double due = flux_.due(*patch.head, back, e.area, mean_of(patch, i));
+      const double due = flux_.due(*patch.head, back, e.area, mean_irradiance(patch, i));
       for (passed_ += due; at_ < passed_ && more(); place_next()) {
         const SampleSequence place(derived(settings_.seed, 2 * samples_.size()));
         Sample s = sample_at(patch, i, place.at(0));
@@ -201,7 +192,7 @@ Result<std::vector<Sample>> draw_points(const Model& model, ClusterStore& store,
     const bool back = model.patches[patch.head->patch].back;
     for (std::size_t i = 0; i < patch.elements.size(); ++i)
       if (const Element& e = patch.elements[i]; e.leaf())
-        whole += flux.due(*patch.head, back, e.area, mean_of(patch, i));
+        whole += flux.due(*patch.head, back, e.area, mean_irradiance(patch, i));
   };
   ATRIUM_RETURN_IF_ERROR(each_patch(model, store, weigh));
   Draw draw(model, bright, flux, whole, settings);
