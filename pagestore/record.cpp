@@ -15,7 +15,7 @@ static_assert(std::endian::native == std::endian::little, "the page store is lit
 namespace {
 
 constexpr const char* kKindNames[kRecordKinds] = {"directory", "cluster", "blockers", "model",
-                                                  "other",     "braids",  "equilibrium"};
+                                                  "other",     "braids",  "equilibrium", "mend"};
 
 std::uint64_t header_hash_of(const RecordHeader& header) {
   return XXH3_64bits(&header, offsetof(RecordHeader, header_hash));

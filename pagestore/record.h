@@ -27,10 +27,11 @@ enum class RecordKind : std::uint8_t {
   kBlockers = 2,   // immutable polygons
   kModel = 3,
   kOther = 4,
-  kBraids = 5,      // a receiver's links
-  kEquilibrium = 6  // the iteration's coarse system
+  kBraids = 5,       // a receiver's links
+  kEquilibrium = 6,  // the iteration's coarse system
+  kMend = 7          // what a local pass adds to a cluster's solution
 };
-inline constexpr std::size_t kRecordKinds = 7;
+inline constexpr std::size_t kRecordKinds = 8;
 
 struct RecordId {
   std::uint64_t value = 0;  // kind in the top byte, index below

@@ -23,6 +23,8 @@ constexpr double kSolved = 1e-9;
 constexpr int kMostSteps = 500;
 // Where a sweep changes so many times as much as the one before it, the corrections reach too far.
 constexpr double kGrows = 8, kLessReach = 8;
+// Bounces over which a measured gain is followed: it has noise, which must not grow without bound.
+constexpr double kGainsReach = 16;
 // Sweeps whose steps are mixed.
 constexpr std::size_t kDepth = 6;
 
@@ -103,10 +105,10 @@ void Equilibrium::set_rows(const CoarseRows& rows) {
 }
 
 // (I - K) x = r for one channel.
-void Equilibrium::solve_channel(int channel, std::span<const Spectrum> residual,
+void Equilibrium::solve_channel(int channel, double reach, std::span<const Spectrum> residual,
                                 std::span<Spectrum> x) const {
   const auto n = Eigen::Index(units());
-  const double damping = 1 - 1 / reach_;
+  const double damping = 1 - 1 / reach;
   SparseRows a(n, n);
   Eigen::VectorXi sizes(n);
   for (Eigen::Index u = 0; u < n; ++u) sizes[u] = int(k_[u].size()) + 1;
@@ -165,7 +167,7 @@ void Equilibrium::correct(double change) {
       if (rank_[e.unit] >= rank_[u])
         residual[u] += Spectrum{e.share[0], e.share[1], e.share[2]} * change_[e.unit];
   std::vector<Spectrum> x(units(), Spectrum{0});
-  for (int c = 0; c < kChannels; ++c) solve_channel(c, residual, x);
+  for (int c = 0; c < kChannels; ++c) solve_channel(c, reach_, residual, x);
   Step step{std::vector<Spectrum>(units()), std::vector<Spectrum>(units())};
   for (std::size_t u = 0; u < units(); ++u) {
     step.from[u] = mean_[u] - change_[u];
@@ -175,6 +177,12 @@ void Equilibrium::correct(double change) {
   if (steps_.size() > kDepth + 1) steps_.erase(steps_.begin());
   for (int c = 0; c < kChannels; ++c) accelerate(c, x);
   for (std::size_t u = 0; u < units(); ++u) pending_[u] = x[u] - mean_[u];
+}
+
+void Equilibrium::spread_gains() {
+  std::vector<Spectrum> x(units(), Spectrum{0});
+  for (int c = 0; c < kChannels; ++c) solve_channel(c, kGainsReach, change_, x);
+  for (std::size_t u = 0; u < units(); ++u) pending_[u] = x[u] - change_[u];
 }
 
 std::size_t Equilibrium::bytes() const {

@@ -78,6 +78,8 @@ class Equilibrium {
 
   // After a complete sweep, which changed so much: what is still to come, as far as units tell.
   void correct(double change);
+  // What was gained beside the links, by a local pass: pending is what that sends on.
+  void spread_gains();
   // Links are made anew: what was learnt of the iteration with the old ones does not hold.
   void forget();
 
@@ -90,7 +92,8 @@ class Equilibrium {
 
  private:
   friend class CoarseRows;
-  void solve_channel(int channel, std::span<const Spectrum> residual, std::span<Spectrum> x) const;
+  void solve_channel(int channel, double reach, std::span<const Spectrum> residual,
+                     std::span<Spectrum> x) const;
   void accelerate(int channel, std::span<Spectrum> next) const;
 
   std::vector<std::uint32_t> unit_of_patch_;   // by PatchId

@@ -258,13 +258,12 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   if (task.linking == Linking::kMakeAndKeep)
     ATRIUM_RETURN_IF_ERROR(task.links->keep(task.receiver, std::move(made)));
 
-  tell(*task.equilibrium, task.receiver, receiver, sums, rows ? &*rows : nullptr);
-
   // 5. Extract R, 6. SetDirty, 7. Release.
   report.elements = receiver.elements();
   const std::size_t bytes = record_bytes(receiver.trees);
   ATRIUM_RETURN_IF_ERROR(edit->resize(bytes));
   write_record(task.receiver.value, receiver.trees, edit->bytes());
+  tell(*task.equilibrium, task.receiver, receiver, sums, rows ? &*rows : nullptr);
 
   report.working_set_elements = report.elements + largest_source;
   report.working_set_bytes = bytes + largest_source * sizeof(Element) +

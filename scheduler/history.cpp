@@ -50,6 +50,17 @@ Json visibility_json(const RefineCounters& c) {
   return j;
 }
 
+void put_estimate(const ErrorEstimate& e, Json& j) {
+  if (e.points == 0) {  // none was made
+    j["error_estimate"] = nullptr;
+    return;
+  }
+  j["error_estimate"] = e.error;
+  j["error_estimate_low"] = e.low;
+  j["error_estimate_high"] = e.high;
+  j["energy_closure"] = e.closure - 1;
+}
+
 }  // namespace
 
 std::string program_version() { return "atrium " ATRIUM_VERSION; }
@@ -61,7 +72,7 @@ std::string history_json(const HistoryLine& h) {
   j["iteration"] = h.iteration;
   j["clusters_gathered"] = h.clusters_gathered;
   j["residual"] = h.residual;
-  j["error_estimate"] = nullptr;
+  put_estimate(h.estimate, j);
   if (h.error_true >= 0) j["error_true"] = h.error_true;
   j["elements"] = h.elements;
   j["links"] = h.links;
@@ -111,7 +122,7 @@ std::string summary_json(const SolveSummary& s) {
   j["stall_seconds"] = s.stall_seconds;
   j["total_seconds"] = s.total_seconds;
   j["residual"] = s.residual;
-  j["error_estimate"] = nullptr;
+  put_estimate(s.estimate, j);
   if (s.error_true >= 0) j["error_true"] = s.error_true;
   j["stop_reason"] = s.stop_reason;
   j["exit_code"] = s.exit_code;

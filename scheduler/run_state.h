@@ -16,6 +16,14 @@
 
 namespace atrium {
 
+// What a sweep over the clusters does.
+enum class Phase : std::uint32_t {
+  kLinks,    // gathers across links
+  kMeasure,  // a local pass (scheduler/local_pass.h): measures
+  kMend,     // and mends
+  kJudge     // no sweep: the error is estimated, and what comes next decided
+};
+
 // Where the iteration stands.
 struct Cursor {
   std::uint64_t iteration = 0;  // complete gathers to all clusters
@@ -25,6 +33,12 @@ struct Cursor {
   double mean_radiosity = 0;    // lm/m²
   double last_change = 0;
   std::uint32_t done = 0;       // how the run ended, where going on would not change that
+  double unseen = 0;            // Σ changes since the error was last estimated
+  Phase phase = Phase::kLinks;
+  double threshold = 1;         // of links, times what the error asked for sets
+  std::uint32_t mended = 0;     // 1: by a local pass, since the links were made
+  std::uint32_t tightened = 0;  // times that the estimate asked for finer links
+  double residual = 0;          // of the last sweep across links
   std::uint32_t stalled = 0;    // sweeps in a row whose change did not fall
   double least_change = 0;      // of this level
 };
@@ -41,7 +55,7 @@ struct Sweep {
   void add(const GatherReport& r);
 };
 
-inline constexpr std::uint32_t kRunStateVersion = 7;  // one more with every change of RunState
+inline constexpr std::uint32_t kRunStateVersion = 8;  // one more with every change of RunState
 
 struct RunState {
   std::uint32_t version = kRunStateVersion;

@@ -17,6 +17,8 @@
 #include "scheduler/first_records.h"
 #include "scheduler/gather_cluster.h"
 #include "scheduler/history.h"
+#include "scheduler/local_pass.h"
+#include "engine/squared.h"
 #include "scheduler/order.h"
 #include "scheduler/plan.h"
 #include "scheduler/reference_points.h"
@@ -43,6 +45,10 @@ constexpr double kFineRestOfError = 1.0 / 50;
 // noise, and progress is a change that falls by a tenth.
 constexpr std::uint32_t kStalledSweeps = 30, kNoisySweeps = 6;
 constexpr double kNoisyProgress = 0.9;
+// Where the estimate is above the error asked, links are made finer: by the square of how much, in
+// these bounds, so often at most.
+constexpr double kTightest = 1.0 / 8, kLoosest = 1.0 / 2;
+constexpr std::uint32_t kMostTightened = 1;
 // Sources brighter than this many times the mean are lamps: they do not stand for their room.
 constexpr double kLampOfMean = 8;
 
@@ -61,7 +67,15 @@ constexpr std::uint64_t kForesight = 1 << 16;
 constexpr double kStatusInterval = 0.2;    // s between renewals of the status page and progress
 constexpr double kHistoryInterval = 60;    // s between lines of an iteration that goes on
 
-enum class Stop { kNone, kConverged, kResidual, kIterations, kTime, kRequested, kStalled, kFailed };
+// What an estimate of the error may take: at coarse levels few points tell how it falls; whether to
+// stop is asked of many.
+// What sweeps have changed since the last estimate, as a share of the light, against the error that
+// it found: below this it still holds.
+constexpr double kStale = 0.3;
+constexpr EstimateSettings kCoarseEstimate{.points = 768, .directions = 128, .seed = 2};
+constexpr EstimateSettings kFineEstimate{.points = 2048, .directions = 256, .seed = 3};
+
+enum class Stop { kNone, kConverged, kResidual, kIterations, kTime, kRequested, kStalled, kTooCoarse, kFailed };
 
 const char* reason(Stop s) {
   switch (s) {
@@ -71,6 +85,7 @@ const char* reason(Stop s) {
     case Stop::kTime: return "time limit";
     case Stop::kRequested: return "stopped on request";
     case Stop::kStalled: return "no longer converging";
+    case Stop::kTooCoarse: return "estimated error above what was asked";
     case Stop::kFailed: return "failed";
     case Stop::kNone: break;
   }
@@ -79,7 +94,8 @@ const char* reason(Stop s) {
 
 int exit_code(Stop s) {
   if (s == Stop::kRequested) return static_cast<int>(Code::kStopped);
-  if (s == Stop::kIterations || s == Stop::kTime || s == Stop::kStalled) return static_cast<int>(Code::kLimit);
+  if (s == Stop::kIterations || s == Stop::kTime || s == Stop::kStalled ||
+      s == Stop::kTooCoarse) return static_cast<int>(Code::kLimit);
   return 0;
 }
 
@@ -108,8 +124,12 @@ class Scheduler {
   Status prepare_all();
   Status iterate();
   Status sweep();
+  Result<GatherReport> gather_to(ClusterId receiver);
+  Status judge();
+  void end_for_good();
   GatherTask task_for(ClusterId receiver);
   void foresee_more();
+  void forget_foreseen();
   void end_sweep();
   void conclude();
   bool limits_reached();
@@ -140,6 +160,8 @@ class Scheduler {
   std::optional<Prepared> prepared_;
   std::optional<ReferencePoints> reference_;
   std::unique_ptr<RayWorlds> worlds_;
+  std::unique_ptr<FreshGather> fresh_;
+  std::optional<BrightSources> bright_;  // of the solution that the local pass measures
   std::vector<ClusterId> order_;
   std::unique_ptr<KeptLinks> links_;
   std::optional<Equilibrium> equilibrium_;
@@ -258,7 +280,8 @@ GatherTask Scheduler::task_for(ClusterId receiver) {
   t.equilibrium = &*equilibrium_;
   if (options_.links != "discard")
     t.linking = cursor_.sweep > 0 ? Linking::kUseKept : Linking::kMakeAndKeep;
-  t.refine.threshold = kThresholdOfError * options_.error * kLevels[cursor_.level];
+  t.refine.threshold =
+      kThresholdOfError * options_.error * kLevels[cursor_.level] * cursor_.threshold;
   t.refine.mean_irradiance = cursor_.mean_irradiance;
   t.refine.ambient = cursor_.iteration == 0 ? 0.5 * cursor_.mean_irradiance : 0;
   t.refine.reference_area = prepared_->light.reference_area;
@@ -295,34 +318,55 @@ void Scheduler::foresee_more() {
   directory_.store().foresee(requests);
 }
 
+// What comes next are other requests.
+void Scheduler::forget_foreseen() {
+  directory_.store().forget_foreseen();
+  foreseen_ahead_ = 0;
+}
+
+// By links, or what a local pass does instead.
+Result<GatherReport> Scheduler::gather_to(ClusterId receiver) {
+  const Model& model = prepared_->model;
+  ClusterStore& store = directory_.store();
+  if (cursor_.phase == Phase::kLinks)
+    return gather_cluster(model, store, *worlds_, task_for(receiver));
+  if (cursor_.phase == Phase::kMend) return put_in_mend(store, receiver, *equilibrium_);
+  if (!bright_) {
+    Result<BrightSources> found = BrightSources::find(model, store);
+    if (!found.ok()) return found.status();
+    bright_.emplace(std::move(found).value());
+  }
+  return measure_mend(store, *fresh_, *bright_, receiver, {}, *equilibrium_);
+}
+
 // One complete gather to every cluster, or the rest of one.
 Status Scheduler::sweep() {
   if (sweep_.gathered == order_.size()) {
     sweep_ = {};
     sweep_began_ = counters();
   }
+  const bool by_links = cursor_.phase == Phase::kLinks;
+  if (!by_links) forget_foreseen();
   while (sweep_.gathered < order_.size()) {
     ATRIUM_RETURN_IF_ERROR(checkpoint_if_due());
     if (limits_reached()) return record_history(cursor_.level, false);
-    foresee_more();
+    if (by_links) foresee_more();
     if (sweep_.gathered == 0) directory_.mark_iteration(cursor_.iteration + 1);
     directory_.mark_gather(record_id(RecordKind::kCluster, order_[sweep_.gathered].value));
-    const GatherTask task = task_for(order_[sweep_.gathered]);
-    const Result<GatherReport> report =
-        gather_cluster(prepared_->model, directory_.store(), *worlds_, task);
+    const Result<GatherReport> report = gather_to(order_[sweep_.gathered]);
     if (!report.ok()) return report.status();
-    --foreseen_ahead_;
+    if (by_links) --foreseen_ahead_;
     sweep_.add(*report);
     ATRIUM_RETURN_IF_ERROR(show(false));
     if (now() - last_line_at_ > kHistoryInterval) ATRIUM_RETURN_IF_ERROR(record_history(cursor_.level, false));
   }
   // The iteration is over and its consequences drawn before anything can fail again.
   const std::uint32_t level = cursor_.level;
-  ++cursor_.iteration;
+  if (cursor_.phase != Phase::kMend) summary_.iterations = ++cursor_.iteration;
   end_sweep();
-  equilibrium_->correct(residual());
+  if (!by_links) return {};
   conclude();
-  return record_history(level, true);
+  return cursor_.phase == Phase::kJudge ? Status() : record_history(level, true);
 }
 
 // The status page, and the progress line.
@@ -359,12 +403,28 @@ Status Scheduler::show(bool at_once) {
 
 void Scheduler::end_sweep() {
   const PushPullSums& s = sweep_.sums;
+  if (cursor_.phase == Phase::kMeasure) {
+    equilibrium_->spread_gains();
+    bright_.reset();
+    cursor_.phase = Phase::kMend;
+    return;
+  }
+  summary_.elements = sweep_.elements;
+  summary_.flux_emitted = luminance(s.emitted);
+  summary_.flux_absorbed = luminance(s.absorbed);
+  summary_.flux_escaped = luminance(s.escaped);
+  if (cursor_.phase == Phase::kMend) {
+    equilibrium_->forget();
+    cursor_.mended = 1;
+    cursor_.phase = Phase::kJudge;
+    return;
+  }
+  equilibrium_->correct(residual());
+  cursor_.residual = summary_.residual = residual();
   if (s.area > 0) {
     cursor_.mean_irradiance = s.flux_in / s.area;
     cursor_.mean_radiosity = luminance(s.emitted + s.reflected) / s.area;
   }
-  summary_.iterations = cursor_.iteration;
-  summary_.elements = sweep_.elements;
   summary_.links = sweep_.links;
   summary_.max_working_set_bytes = std::max(summary_.max_working_set_bytes, sweep_.working_set_bytes);
   summary_.max_working_set_links = std::max(summary_.max_working_set_links, sweep_.working_set_links);
@@ -373,9 +433,6 @@ void Scheduler::end_sweep() {
   summary_.links_processed += sweep_.links;
   summary_.refined.add(sweep_.refined);
   summary_.total_data_bytes += sweep_.total_bytes;
-  summary_.flux_emitted = luminance(s.emitted);
-  summary_.flux_absorbed = luminance(s.absorbed);
-  summary_.flux_escaped = luminance(s.escaped);
   summary_.hit_ratio = (counters() - sweep_began_).hit_ratio();
 }
 
@@ -386,9 +443,9 @@ Status Scheduler::record_history(std::uint32_t level, bool complete) {
   h.cpu_seconds = cpu_seconds();
   h.iteration = cursor_.iteration + (complete ? 0 : 1);
   h.clusters_gathered = sweep_.gathered;
-  h.residual = residual();
-  h.elements = sweep_.elements;
-  h.links = sweep_.links;
+  h.residual = cursor_.residual;
+  h.elements = complete ? summary_.elements : sweep_.elements;
+  h.links = complete ? summary_.links : sweep_.links;
   h.rays = sweep_.refined.rays;
   h.reads = c.reads;
   h.writes = c.writes;
@@ -400,27 +457,34 @@ Status Scheduler::record_history(std::uint32_t level, bool complete) {
   h.stall_seconds = c.stall_seconds;
   h.max_working_set_bytes = sweep_.working_set_bytes;
   h.peak_rss_bytes = peak_rss();
+  if (complete) forget_foreseen();  // records of points are read between the gathers'
   if (complete && reference_) {
     Result<double> e = reference_->error(prepared_->model, directory_.store());
     if (!e.ok()) return e.status();
     h.error_true = summary_.error_true = *e;
-    directory_.store().forget_foreseen();  // the points' records were read between
-    foreseen_ahead_ = 0;
   }
+  if (complete && (cursor_.phase == Phase::kJudge || summary_.estimate.points == 0 ||
+                   cursor_.unseen >= kStale * summary_.estimate.error)) {
+    const EstimateSettings& how =
+        level + 1 == kLevels.size() ? kFineEstimate : kCoarseEstimate;
+    Result<ErrorEstimate> e =
+        estimate_error(prepared_->model, directory_.store(), *fresh_, how);
+    if (!e.ok()) return e.status();
+    summary_.estimate = *e;
+    cursor_.unseen = 0;
+  }
+  if (complete) h.estimate = summary_.estimate;
   last_line_ = h;
   last_line_at_ = now();
-  if (complete) {
-    summary_.residual = h.residual;
-    summary_.solver_seconds += sweep_.solver_seconds;
-  }
+  if (complete) summary_.solver_seconds += sweep_.solver_seconds;
   char text[256];
   std::snprintf(text, sizeof text,
                 "iteration %llu level %u: residual %.3g, %llu elements, %llu links, %llu rays, "
-                "hit ratio %.3f, %.1f s",
+                "hit ratio %.3f, error %.2f%%, %.1f s",
                 static_cast<unsigned long long>(h.iteration), level, h.residual,
                 static_cast<unsigned long long>(h.elements),
                 static_cast<unsigned long long>(h.links), static_cast<unsigned long long>(h.rays),
-                h.hit_ratio, h.seconds);
+                h.hit_ratio, 100 * h.estimate.error, h.seconds);
   say(text);
   ATRIUM_RETURN_IF_ERROR(directory_.files().append_line(RunFile::kLog, text));
   return directory_.files().append_line(RunFile::kHistory, history_json(h));
@@ -448,14 +512,16 @@ void Scheduler::conclude() {
   const double rest = rest_of_light(change);
   ++cursor_.sweep;
   cursor_.last_change = change;
+  // What the coarse system adds after a level's first sweep is seen after its second.
+  cursor_.unseen = cursor_.sweep <= 2 ? 1 : cursor_.unseen + change;
   const bool no_progress = stalled(change);
   const bool settled = rest < (last ? kFineRestOfError * options_.error : kCoarseRest);
   if (last && options_.residual > 0 && residual() <= options_.residual)
     stop_ = Stop::kResidual;
-  else if (last && options_.residual == 0 && settled)
-    stop_ = Stop::kConverged;
   else if (limit && cursor_.iteration >= limit)
     stop_ = Stop::kIterations;
+  else if (last && options_.residual == 0 && (settled || no_progress))
+    cursor_.phase = Phase::kJudge;
   else if (last && no_progress)
     stop_ = Stop::kStalled;
   else if (!last && (settled || (share && cursor_.sweep >= share))) {
@@ -464,20 +530,47 @@ void Scheduler::conclude() {
     links_->forget_all();
     equilibrium_->forget();
   }
-  // Ends that going on would not change: a run that is taken up again ends so at once.
-  if (stop_ == Stop::kConverged || stop_ == Stop::kResidual || stop_ == Stop::kStalled) {
-    cursor_.done = static_cast<std::uint32_t>(stop_);
-    links_->forget_all();  // nothing will be gathered across them again
-    if (directory_.store().contains(kEquilibriumRecord))
-      directory_.store().drop_streamed(kEquilibriumRecord);
+  end_for_good();
+}
+
+// Ends that going on would not change: a run that is taken up again ends so at once.
+void Scheduler::end_for_good() {
+  if (stop_ == Stop::kNone || stop_ == Stop::kIterations) return;
+  cursor_.done = static_cast<std::uint32_t>(stop_);
+  links_->forget_all();  // nothing will be gathered across them again
+  if (directory_.store().contains(kEquilibriumRecord))
+    directory_.store().drop_streamed(kEquilibriumRecord);
+}
+
+// Is the solution as exact as asked? If not, a local pass may make it so, and then finer links.
+Status Scheduler::judge() {
+  ATRIUM_RETURN_IF_ERROR(record_history(cursor_.level, true));
+  for (const ClusterId c : order_) drop_mend(directory_.store(), c);
+  const double asked = options_.error, found = summary_.estimate.error;
+  if (found <= asked) {
+    stop_ = Stop::kConverged;
+  } else if (!cursor_.mended) {
+    cursor_.phase = Phase::kMeasure;
+  } else if (cursor_.tightened == kMostTightened) {
+    stop_ = Stop::kTooCoarse;
+  } else {
+    ++cursor_.tightened;
+    cursor_.threshold *= std::clamp(squared(asked / found), kTightest, kLoosest);
+    cursor_.phase = Phase::kLinks;
+    cursor_.mended = 0;
+    cursor_.sweep = 0;
+    links_->forget_all();
   }
+  end_for_good();
+  return {};
 }
 
 // The loop over receivers "until convergence" [THFH94 §5.1], level by level.
 Status Scheduler::iterate() {
   if (cursor_.done) stop_ = static_cast<Stop>(cursor_.done);
   if (options_.iterations && cursor_.iteration >= options_.iterations) stop_ = Stop::kIterations;
-  while (stop_ == Stop::kNone) ATRIUM_RETURN_IF_ERROR(sweep());
+  while (stop_ == Stop::kNone)
+    ATRIUM_RETURN_IF_ERROR(cursor_.phase == Phase::kJudge ? judge() : sweep());
   return {};
 }
 
@@ -553,6 +646,7 @@ Result<SolveSummary> Scheduler::run() {
   const Model& model = prepared_->model;
   worlds_ = std::make_unique<RayWorlds>(model, directory_.store(), forces(options_, kRays) ? RayUse::kAlways
                                                                  : RayUse::kWhereSomethingMayBlock);
+  fresh_ = std::make_unique<FreshGather>(model, directory_.store(), *worlds_);
   // Half of the memory holds links, the others are on disk: their bits are the same.
   const std::uint64_t budget = options_.links == "keep" ? ~std::uint64_t{0} : options_.memory / 2;
   links_ = std::make_unique<KeptLinks>(directory_.store(), model.clusters.size(), budget);

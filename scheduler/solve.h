@@ -9,6 +9,7 @@
 
 #include "engine/import/import.h"
 #include "engine/status.h"
+#include "scheduler/error_estimate.h"
 #include "solver/refine_counters.h"
 #include "visibility/gap_words.h"
 #include "visibility/partition.h"
@@ -49,6 +50,7 @@ struct HistoryLine {
   double seconds = 0, cpu_seconds = 0;
   std::uint64_t iteration = 0, clusters_gathered = 0;
   double residual = 0;
+  ErrorEstimate estimate;
   double error_true = -1;  // -1: no reference
   std::uint64_t elements = 0, links = 0, rays = 0;
   std::uint64_t reads = 0, writes = 0, bytes_read = 0, bytes_written = 0;
@@ -73,6 +75,7 @@ struct SolveFigures {
   std::uint64_t reads = 0, writes = 0, bytes_read = 0, bytes_written = 0, evictions = 0;
   double solver_seconds = 0, io_seconds = 0, stall_seconds = 0, total_seconds = 0;
   double residual = 0;
+  ErrorEstimate estimate;
   double error_true = -1;  // -1: no reference
   std::uint64_t peak_rss_bytes = 0;
   std::uint64_t checkpoints = 0, resumes = 0;

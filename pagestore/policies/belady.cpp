@@ -22,10 +22,10 @@ class Belady final : public Policy {
     next_[record] = kNotKnown;
   }
   void on_foreseen(RecordNumber record, std::uint64_t when) override {
+    const bool held = unknown_.contains(record) || known_.contains(record);  // else pinned
+    if (held) leave(record);
     next_[record] = when;
-    if (!unknown_.contains(record)) return;  // pinned
-    unknown_.erase(record);
-    known_.insert(record, {when});
+    if (held) known_.insert(record, {when});
   }
   void on_resize(RecordNumber, std::uint64_t) override {}
   void on_release(RecordNumber record) override {

@@ -24,8 +24,8 @@ class BeladySize final : public Policy {
     known_[record].next = kNever;
   }
   void on_foreseen(RecordNumber record, std::uint64_t when) override {
-    const bool released = never_.contains(record);
-    if (released) never_.erase(record);
+    const bool released = holds(record);
+    if (released) leave(record);
     known_[record].next = when;
     if (released) on_release(record);
   }
@@ -62,6 +62,12 @@ class BeladySize final : public Policy {
     std::uint64_t bytes = 0, next = kNever;
   };
   using ByNext = std::set<std::pair<std::uint64_t, RecordNumber>>;
+
+  bool holds(RecordNumber record) {
+    if (never_.contains(record)) return true;
+    const auto same_size = by_size_.find(known_[record].bytes);
+    return same_size != by_size_.end() && same_size->second.contains({known_[record].next, record});
+  }
 
   void leave(RecordNumber record) {
     if (never_.contains(record)) never_.erase(record);

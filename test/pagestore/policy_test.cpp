@@ -233,6 +233,25 @@ TEST(BeladySize, TheLargestSizeTimesDistanceFromNowGoesFirst) {
   EXPECT_EQ(policy->victim(0), 2u);  // never again
 }
 
+// A schedule that is given up and told anew finds what is held where it was last filed.
+TEST(BeladyAndBeladySize, WhatIsForeseenAnewIsFiledAnew) {
+  for (const char* name : {"belady", "belady-size"}) {
+    SCOPED_TRACE(name);
+    const auto policy = policy_named(name, 0);
+    for (const RecordNumber i : {0, 1}) {
+      policy->on_insert(i, 1);
+      policy->on_foreseen(i, 5 + i);
+      policy->on_release(i);
+    }
+    policy->on_foreseen(0, 9);
+    EXPECT_EQ(policy->victim(0), 0u);
+    policy->on_evict(0);
+    EXPECT_EQ(policy->victim(0), 1u);
+    policy->on_evict(1);
+    EXPECT_FALSE(policy->victim(0).has_value());
+  }
+}
+
 // Window 1, main 99 of 100 records, each requested twice. Of fifty that are requested once each the
 // first pushes the last of the hundred out of the window, which is no better than main's oldest;
 // then each pushes out the one before it. One requested three times gets in, for main's oldest.

@@ -1,0 +1,251 @@
+#include "scheduler/local_pass.h"
+
+#include <algorithm>
+#include <cstring>
+#include <vector>
+
+#include "engine/cluster_record.h"
+#include "engine/squared.h"
+#include "scheduler/solution.h"
+#include "solver/coupling.h"
+#include "solver/push_pull.h"
+#include "solver/sample_sequence.h"
+
+namespace atrium {
+
+namespace {
+
+// Of a difference d whose noise has the variance v, 1 - kDoubted v / d² is believed: at 1 the risk is
+// least for a difference known to be there, most are none.
+constexpr double kDoubted = 3;
+// Independent parts of a node's rays.
+constexpr int kReplicates = 2;
+
+RecordId mend_of(ClusterId id) { return record_id(RecordKind::kMend, id.value); }
+
+double believed(double difference, double variance) {
+  const double d2 = squared(difference);
+  return d2 > kDoubted * variance ? 1 - kDoubted * variance / d2 : 0;
+}
+
+// Whose a point is.
+struct LeafPoint {
+  std::uint32_t patch = 0, element = 0;
+};
+
+// The nodes of each leaf.
+void add_points(const ClusterView& view, ClusterId id, std::vector<LeafPoint>& owners,
+                std::vector<GatherPoint>& points) {
+  for (std::uint32_t p = 0; p < view.size(); ++p) {
+    const PatchView patch = view.patch(p);
+    if (patch.head->inert) continue;
+    for (std::uint32_t e = 0; e < patch.elements.size(); ++e) {
+      if (!patch.elements[e].leaf()) continue;
+      const Site site = make_site(patch, e);
+      for (int k = 0; k < site.nodes; ++k) {
+        owners.push_back({p, e});
+        points.push_back({site.x[k], site.normal, id});
+      }
+    }
+  }
+}
+
+// What a patch's fresh gathers say: of each element the mean residual and the variance of its
+// luminance, of each leaf the basis' coefficients.
+class PatchResidual {
+ public:
+  explicit PatchResidual(const PatchView& patch)
+      : patch_(patch),
+        k_(std::size_t(patch.k())),
+        mean_(patch.elements.size(), Spectrum{0}),
+        variance_(patch.elements.size(), 0.0),
+        slopes_(patch.elements.size() * k_, Spectrum{0}),
+        slope_variance_(patch.elements.size() * k_, 0.0) {}
+
+  // One leaf by its nodes.
+  void add_leaf(std::size_t element, std::span<const GatherPoint> points,
+                std::span<const FreshIrradiance> fresh, double pooled) {
+    const Site site = make_site(patch_, element);
+    for (std::size_t n = 0; n < points.size(); ++n) {
+      const Vec2 at = patch_.head->frame.to_plane(points[n].x);
+      const Spectrum r = fresh[n].mean - polynomial_at(patch_, std::int32_t(element), at);
+      // Two replicates tell little by themselves.
+      const double variance = std::max(squared(luminance(fresh[n].standard_error)), pooled);
+      for (std::size_t a = 0; a < k_; ++a) {
+        const double w = site.weight[n] * site.phi[n][a];
+        slopes_[element * k_ + a] += w * r;
+        slope_variance_[element * k_ + a] += squared(w) * variance;
+      }
+    }
+    mean_[element] = slopes_[element * k_];
+    variance_[element] = slope_variance_[element * k_];
+  }
+
+  // By leaf, in the elements' order: K coefficients to add.
+  void mend(std::vector<Spectrum>& out) {
+    const std::span<const Element> elements = patch_.elements;
+    for (std::size_t i = elements.size(); i-- > 0;) {
+      if (elements[i].leaf()) continue;
+      for (std::size_t c = elements[i].child; c < std::size_t(elements[i].child) + 2; ++c) {
+        const double share = elements[c].area / elements[i].area;
+        mean_[i] += share * mean_[c];
+        variance_[i] += squared(share) * variance_[c];
+      }
+    }
+    std::vector<Spectrum> told(elements.size(), Spectrum{0});
+    told[0] = believed(luminance(mean_[0]), variance_[0]) * mean_[0];
+    for (std::size_t i = 0; i < elements.size(); ++i) {
+      if (elements[i].leaf()) {
+        out.push_back(told[i]);
+        for (std::size_t a = 1; a < k_; ++a)
+          out.push_back(believed(luminance(slopes_[i * k_ + a]), slope_variance_[i * k_ + a]) *
+                        slopes_[i * k_ + a]);
+        continue;
+      }
+      const std::size_t c = elements[i].child;
+      const Spectrum apart = mean_[c + 1] - mean_[c];
+      const Spectrum step =
+          believed(luminance(apart), variance_[c] + variance_[c + 1]) * apart;
+      told[c] = told[i] - elements[c + 1].area / elements[i].area * step;
+      told[c + 1] = told[i] + elements[c].area / elements[i].area * step;
+    }
+  }
+
+ private:
+  const PatchView patch_;
+  const std::size_t k_;
+  std::vector<Spectrum> mean_;
+  std::vector<double> variance_;
+  std::vector<Spectrum> slopes_;
+  std::vector<double> slope_variance_;
+};
+
+// All patches' mends one after the other, those of inert ones empty.
+std::vector<Spectrum> mends_of(const ClusterView& view, std::span<const LeafPoint> owners,
+                               std::span<const GatherPoint> points,
+                               std::span<const FreshIrradiance> fresh) {
+  std::vector<Spectrum> mends;
+  for (std::size_t first = 0, last = 0; first < owners.size(); first = last) {
+    double pooled = 0;
+    while (last < owners.size() && owners[last].patch == owners[first].patch)
+      pooled += squared(luminance(fresh[last++].standard_error));
+    pooled /= double(last - first);
+    PatchResidual residual(view.patch(owners[first].patch));
+    for (std::size_t a = first, b = first; a < last; a = b) {
+      while (b < last && owners[b].element == owners[a].element) ++b;
+      residual.add_leaf(owners[a].element, points.subspan(a, b - a), fresh.subspan(a, b - a),
+                        pooled);
+    }
+    residual.mend(mends);
+  }
+  return mends;
+}
+
+// E as it becomes, on the leaves: what push_pull pulls up from.
+void fill(const PatchTree& tree, std::span<const Spectrum>& mends, GatherSlots& slots) {
+  const std::size_t k = std::size_t(tree.view().k());
+  slots.reset(tree.elements.size(), int(k));
+  for (std::size_t e = 0; e < tree.elements.size(); ++e) {
+    if (!tree.elements[e].leaf()) continue;
+    double* g = &slots.g[e * k * kGatherChannels];
+    for (std::size_t a = 0; a < k; ++a)
+      for (int c = 0; c < kChannels; ++c)
+        g[a * kGatherChannels + c] = tree.e[(e * k + a) * kChannels + c] + mends[a][c];
+    g[kRowSum] = 1 - std::max(0.0, tree.head.escape);
+    // Noise does not make light negative.
+    for (int c = 0; c < kChannels; ++c)
+      if (g[c] < 0)
+        for (std::size_t a = 0; a < k; ++a) g[a * kGatherChannels + c] = 0;
+    mends = mends.subspan(k);
+  }
+}
+
+}  // namespace
+
+Result<GatherReport> measure_mend(ClusterStore& store, FreshGather& fresh,
+                                  const BrightSources& bright, ClusterId id,
+                                  const LocalSettings& settings, Equilibrium& equilibrium) {
+  GatherReport report;
+  const RecordId record = record_id(RecordKind::kCluster, id.value);
+  std::vector<LeafPoint> owners;
+  std::vector<GatherPoint> points;
+  {
+    const Result<ClusterPin> pin = store.read(record);
+    if (!pin.ok()) return pin.status();
+    const Result<ClusterView> view = ClusterView::parse(pin->bytes());
+    if (!view.ok()) return view.status();
+    add_points(*view, id, owners, points);
+  }
+  const FreshSettings gather{settings.directions, kReplicates, derived(settings.seed, id.value)};
+  const auto found = fresh.gather(bright, points, gather);
+  if (!found.ok()) return found.status();
+  report.refined.rays = points.size() * std::uint64_t(settings.directions);
+
+  const Result<ClusterPin> pin = store.read(record);
+  if (!pin.ok()) return pin.status();
+  const Result<ClusterView> view = ClusterView::parse(pin->bytes());
+  if (!view.ok()) return view.status();
+  const std::vector<Spectrum> mends = mends_of(*view, owners, points, *found);
+  std::vector<Spectrum> gained(view->size(), Spectrum{0}), light(view->size(), Spectrum{0});
+  std::size_t at = 0;
+  for (std::size_t p = 0; p < view->size(); ++p) {
+    const PatchView patch = view->patch(p);
+    if (patch.head->inert) continue;
+    const std::span<const double> e = patch.e_of(0);
+    light[p] = patch.head->area * Spectrum{e[0], e[1], e[2]};
+    for (const Element& x : patch.elements)
+      if (x.leaf()) {
+        gained[p] += x.area * mends[at];
+        at += std::size_t(patch.k());
+      }
+    light[p] += gained[p];
+  }
+  report.elements = view->head().elements;
+  ATRIUM_RETURN_IF_ERROR(store.stream_out(mend_of(id), std::as_bytes(std::span(mends))));
+  equilibrium.gathered(id, gained, light);
+  return report;
+}
+
+Result<GatherReport> put_in_mend(ClusterStore& store, ClusterId id, Equilibrium& equilibrium) {
+  Result<ClusterEdit> edit = store.edit(record_id(RecordKind::kCluster, id.value));
+  if (!edit.ok()) return edit.status();
+  const Result<ClusterView> before = ClusterView::parse(edit->bytes());
+  if (!before.ok()) return before.status();
+  const Result<std::span<const std::byte>> record = store.stream_in(mend_of(id));
+  if (!record.ok()) return record.status();
+  std::vector<Spectrum> all(record->size() / sizeof(Spectrum));
+  if (!all.empty()) std::memcpy(all.data(), record->data(), all.size() * sizeof(Spectrum));
+  std::size_t wanted = 0;
+  for (std::size_t p = 0; p < before->size(); ++p)
+    if (const PatchView patch = before->patch(p); !patch.head->inert)
+      for (const Element& x : patch.elements) wanted += x.leaf() ? std::size_t(patch.k()) : 0;
+  if (all.size() != wanted)
+    return Status(Code::kStore, "", to_string(mend_of(id)), "it is not of this cluster's elements",
+                  "run atrium check on the run");
+
+  GatherReport report;
+  std::vector<PatchTree> trees = read_record(*before);
+  const std::vector<Spectrum> pending = equilibrium.pending(id);
+  std::vector<Spectrum> gained(trees.size()), light(trees.size());
+  std::span<const Spectrum> mends = all;
+  for (std::size_t p = 0; p < trees.size(); ++p) {
+    report.elements += trees[p].elements.size();
+    if (trees[p].head.inert) continue;
+    add_everywhere(trees[p], pending[p]);
+    GatherSlots slots;
+    fill(trees[p], mends, slots);
+    const PushPullSums sums = push_pull(trees[p], slots, Closing{});
+    report.sums.add(sums);
+    gained[p] = sums.gained;
+    light[p] = sums.light;
+  }
+  write_record(id.value, trees, edit->bytes());
+  equilibrium.gathered(id, gained, light);
+  return report;
+}
+
+void drop_mend(ClusterStore& store, ClusterId id) {
+  if (store.contains(mend_of(id))) store.drop_streamed(mend_of(id));
+}
+
+}  // namespace atrium

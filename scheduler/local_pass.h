@@ -1,0 +1,45 @@
+// Local pass: what the links got wrong, measured by rays and mended. Once the sweeps have settled, E
+// is gathered afresh at the nodes of every leaf (fresh_gather.h). What that differs by from what
+// the links brought is the residual of the transport equation: shadows that no segment met, light
+// that was lost on the way; and noise. Along each patch's tree it is split into the mean over the
+// patch and the differences between the halves of elements, each with its own variance, and each
+// is believed by as much as it stands out of the noise: a patch's mean, over thousands of rays, nearly
+// in full, a single leaf's only where it is large. [local pass: Lischinski, Tampieri & Greenberg 93
+// §4; shrinkage of wavelet coefficients: Donoho & Johnstone 95]
+//
+// In two sweeps, so that what is measured is all of one solution, whatever the order and wherever a
+// run is stopped: the first writes what is to be mended to records beside the clusters', the second
+// puts it in. What a mend sends on to other patches is carried by the coarse system
+// (equilibrium.h).
+//
+// One caller; a function of the solution, the settings and the seed alone.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/model.h"
+#include "engine/status.h"
+#include "pagestore/cluster_store.h"
+#include "scheduler/equilibrium.h"
+#include "scheduler/fresh_gather.h"
+#include "scheduler/gather_cluster.h"
+
+namespace atrium {
+
+struct LocalSettings {
+  int directions = 48;  // a node of a leaf
+  std::uint64_t seed = 1;
+};
+
+// The first sweep's part for one cluster.
+Result<GatherReport> measure_mend(ClusterStore& store, FreshGather& fresh,
+                                  const BrightSources& bright, ClusterId id,
+                                  const LocalSettings& settings, Equilibrium& equilibrium);
+
+// The second's: the cluster's record, its sums and how many elements it holds.
+Result<GatherReport> put_in_mend(ClusterStore& store, ClusterId id, Equilibrium& equilibrium);
+
+// Once it is in, and no more is needed of it.
+void drop_mend(ClusterStore& store, ClusterId id);
+
+}  // namespace atrium
