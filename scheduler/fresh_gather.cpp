@@ -15,9 +15,9 @@ namespace atrium {
 namespace {
 
 // So many directions a batch, or one point's where those are more.
-constexpr std::size_t kDirectionsABatch = std::size_t{1} << 18;
+constexpr std::size_t kDirectionsABatch = std::size_t{1} << 16;
 // What the ends of their rays take, those of as many shadow rays and the list of all that are lit.
-constexpr std::size_t kBatchBytes = std::size_t{40} << 20;
+constexpr std::size_t kBatchBytes = std::size_t{10} << 20;
 // A surface met from behind: its other side lies within so many tolerances.
 constexpr double kOtherSide = 10;
 // The two uses of a replicate's random numbers.
