@@ -7,7 +7,8 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+
+#include "scheduler/record_bytes.h"
 
 namespace atrium {
 
@@ -185,57 +186,39 @@ void Equilibrium::spread_gains() {
   for (std::size_t u = 0; u < units(); ++u) pending_[u] = x[u] - change_[u];
 }
 
-std::size_t Equilibrium::bytes() const {
-  std::size_t entries = 0;
-  for (const std::vector<CoarseEntry>& row : k_) entries += row.capacity();
-  return entries * sizeof(CoarseEntry) +
-         units() * (2 * sizeof(Spectrum) + sizeof(double) + sizeof(k_[0])) +
-         unit_of_patch_.size() * sizeof(std::uint32_t);
-}
-
 // Little endian, as in memory: Head, sizes of the rows, their entries, then by unit the mean, the
 // change and what is pending, then each step's two vectors.
 std::vector<std::byte> Equilibrium::saved() const {
-  std::vector<std::byte> bytes;
-  const auto put = [&bytes]<class T>(std::span<const T> items) {
-    const auto b = std::as_bytes(items);
-    bytes.insert(bytes.end(), b.begin(), b.end());
-  };
+  RecordOut out;
   const Head head{std::uint32_t(units()), std::uint32_t(steps_.size()), reach_, last_change_};
-  put(std::span(&head, 1));
+  out.put(std::span(&head, 1));
   std::vector<std::uint32_t> sizes;
   for (const auto& row : k_) sizes.push_back(std::uint32_t(row.size()));
-  put(std::span<const std::uint32_t>(sizes));
-  for (const auto& row : k_) put(std::span<const CoarseEntry>(row));
-  for (const auto* light : {&mean_, &change_, &pending_}) put(std::span<const Spectrum>(*light));
+  out.put(std::span<const std::uint32_t>(sizes));
+  for (const auto& row : k_) out.put(std::span<const CoarseEntry>(row));
+  for (const auto* light : {&mean_, &change_, &pending_}) out.put(std::span<const Spectrum>(*light));
   for (const Step& step : steps_) {
-    put(std::span<const Spectrum>(step.from));
-    put(std::span<const Spectrum>(step.by));
+    out.put(std::span<const Spectrum>(step.from));
+    out.put(std::span<const Spectrum>(step.by));
   }
-  return bytes;
+  return out.take();
 }
 
 Status Equilibrium::restore(std::span<const std::byte> record) {
-  const auto take = [&record]<class T>(std::vector<T>& items, std::size_t count) {
-    if (count > record.size() / sizeof(T)) return false;
-    items.resize(count);
-    if (count > 0) std::memcpy(items.data(), record.data(), count * sizeof(T));
-    record = record.subspan(count * sizeof(T));
-    return true;
-  };
+  RecordIn in(record);
   const Status broken(Code::kStore, "", "equilibrium record",
                       "its length is not what it says it holds", "run atrium check on the run");
   std::vector<Head> head;
   std::vector<std::uint32_t> sizes;
-  if (!take(head, 1) || head[0].units != units() || !take(sizes, units())) return broken;
+  if (!in.get(head, 1) || head[0].units != units() || !in.get(sizes, units())) return broken;
   for (std::size_t u = 0; u < units(); ++u)
-    if (!take(k_[u], sizes[u])) return broken;
+    if (!in.get(k_[u], sizes[u])) return broken;
   for (auto* light : {&mean_, &change_, &pending_})
-    if (!take(*light, units())) return broken;
+    if (!in.get(*light, units())) return broken;
   steps_.resize(std::min<std::size_t>(head[0].steps, kDepth + 1));
   for (Step& step : steps_)
-    if (!take(step.from, units()) || !take(step.by, units())) return broken;
-  if (!record.empty()) return broken;
+    if (!in.get(step.from, units()) || !in.get(step.by, units())) return broken;
+  if (!in.empty()) return broken;
   reach_ = head[0].reach;
   last_change_ = head[0].last_change;
   return {};

@@ -83,8 +83,6 @@ class Equilibrium {
   // Links are made anew: what was learnt of the iteration with the old ones does not hold.
   void forget();
 
-  std::size_t bytes() const;
-
   // All of it that is not a function of model and order, for a checkpoint; and back.
   std::vector<std::byte> saved() const;
   // kStore: the record is not of as many units, or shorter or longer than it says.

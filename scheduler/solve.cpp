@@ -13,12 +13,12 @@
 #include <filesystem>
 #include <optional>
 
+#include "engine/squared.h"
 #include "engine/stopwatch.h"
 #include "scheduler/first_records.h"
 #include "scheduler/gather_cluster.h"
 #include "scheduler/history.h"
 #include "scheduler/local_pass.h"
-#include "engine/squared.h"
 #include "scheduler/order.h"
 #include "scheduler/plan.h"
 #include "scheduler/reference_points.h"

@@ -22,7 +22,8 @@ Radiosity radiosity_of(const PatchView& patch, std::size_t element, const Spectr
 }  // namespace
 
 void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& source,
-            std::span<const Spectrum> pending, int order, std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean) {
+            std::span<const Spectrum> pending, int order, std::span<const Element> receiver,
+            double cap, GatherSlots& slots, RowMean& mean) {
   const auto radiosity = [&](std::uint32_t patch, std::uint32_t element) {
     return radiosity_of(source.patch(patch), element,
                         pending.empty() ? Spectrum{0} : pending[patch]);

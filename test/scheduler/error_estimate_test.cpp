@@ -16,14 +16,6 @@ constexpr std::size_t kArena = std::size_t{64} << 20;
 constexpr double kExitance = 100;
 constexpr EstimateSettings kFew{.points = 512, .directions = 64};
 
-SolveOptions solved(Bench& bench) {
-  SolveOptions options = bench.options();
-  options.error = 0.05;
-  const Result<SolveSummary> summary = solve(options, {}, {});
-  EXPECT_TRUE(summary.ok()) << summary.status().message();
-  return options;
-}
-
 ErrorEstimate estimate(SolvedStore& run, const EstimateSettings& settings) {
   const Result<ErrorEstimate> e = estimate_error(run.model(), run.store(), run.fresh(), settings);
   EXPECT_TRUE(e.ok()) << e.status().message();

@@ -15,14 +15,6 @@ constexpr std::size_t kArena = std::size_t{32} << 20;
 const Vec3 kRoom{4, 3, 2.7};
 constexpr double kLampSide = 0.6, kLuminance = 1000;  // m; cd/m²
 
-SolveOptions solved(Bench& bench) {
-  SolveOptions options = bench.options();
-  options.error = 0.05;
-  const Result<SolveSummary> summary = solve(options, {}, {});
-  EXPECT_TRUE(summary.ok()) << summary.status().message();
-  return options;
-}
-
 // In a furnace every ray brings M/(1-ρ), so that a handful do, and they scatter by nothing.
 TEST(FreshGather, FurnaceIsExactWithAFewRays) {
   constexpr double kExitance = 100, kRho = 0.5, kExpected = kExitance / (1 - kRho);

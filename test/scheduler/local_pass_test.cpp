@@ -17,7 +17,7 @@ constexpr double kExitance = 100, kRho = 0.5, kExpected = kExitance / (1 - kRho)
 
 class FurnaceMended : public ::testing::Test {
  protected:
-  FurnaceMended() : run_(solved(), kArena) {
+  FurnaceMended() : run_(solved(bench_, 0.2), kArena) {
     order_.resize(run_.model().clusters.size());
     for (std::size_t c = 0; c < order_.size(); ++c) order_[c] = ClusterId(c);
     equilibrium_.emplace(run_.model(), order_);
@@ -43,13 +43,6 @@ class FurnaceMended : public ::testing::Test {
     std::vector<double> e;
     run_.change([&](PatchTree& tree) { e.push_back(tree.e[0]); });
     return e;
-  }
-
-  SolveOptions solved() {
-    SolveOptions options = bench_.options();
-    options.error = 0.2;
-    EXPECT_TRUE(solve(options, {}, {}).ok());
-    return options;
   }
 
   Bench bench_{generated({.kind = "furnace", .rho = kRho, .exitance = kExitance, .shape = "cube"})};

@@ -12,6 +12,15 @@
 
 namespace atrium::testing {
 
+// Solves a scene; for opening what came of it.
+inline SolveOptions solved(Bench& bench, double error = 0.05) {
+  SolveOptions options = bench.options();
+  options.error = error;
+  const Result<SolveSummary> summary = solve(options, {}, {});
+  EXPECT_TRUE(summary.ok()) << summary.status().message();
+  return options;
+}
+
 class SolvedStore {
  public:
   SolvedStore(const SolveOptions& solved, std::size_t arena) {
