@@ -140,7 +140,7 @@ class Look {
       }
     }
     add(source, cuts > 0 ? Polygon(part.begin(), part.end()) : Polygon(),
-        point_to_polygon(x_, normal_, part));
+        point_to_polygon_in_sum(x_, normal_, part));
   }
 
   void at_half(const BrightSource& source, PolygonView part, int cuts) {

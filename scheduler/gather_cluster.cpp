@@ -67,7 +67,7 @@ double escape_past(std::span<const BlockerPolygon> outlines, const PatchTree& tr
   for (int k = 0; k < root.nodes; ++k) {
     double met = 0;
     for (const BlockerPolygon& b : outlines)
-      met += point_to_polygon(root.x[k], root.normal, b.polygon);
+      met += point_to_polygon_in_sum(root.x[k], root.normal, b.polygon);
     escape += root.weight[k] * (1 - met);
   }
   return escape > kClosed ? escape : 0;

@@ -39,7 +39,7 @@ double fill_row(const Vec3& x, const Vec3& n, const Site& source,
   const Vec3 d = source.center - x;
   const double near = kNear * source.radius;
   if (dot(d, d) > near * near) return sum;
-  const double exact = point_to_polygon(x, n, source.polygon());
+  const double exact = point_to_polygon_in_sum(x, n, source.polygon());
   for (int l = 0; l < source.nodes; ++l)
     row[l] = sum > 0 ? row[l] * (exact / sum) : exact * source.weight[l];
   return exact;
@@ -201,7 +201,7 @@ SeenSite seen_site(const Vec3& x, const Vec3& n, const Site& site, const Blocker
   if (part.overflow || part.whole) return seen;
   Vec3 moment{0};
   for (const ConvexPiece& piece : std::span(part.pieces).first(part.count)) {
-    const double f = point_to_polygon(x, n, piece.polygon());
+    const double f = point_to_polygon_in_sum(x, n, piece.polygon());
     seen.factor += f;
     moment += f * (centroid(piece.polygon()) - site.center);
   }

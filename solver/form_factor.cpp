@@ -229,16 +229,34 @@ double on_the_rim(const Vec3& x, const Vec3& n, PolygonView polygon) {
 
 }  // namespace
 
-double point_to_polygon(const Vec3& x, const Vec3& n, PolygonView polygon) {
+namespace {
+
+// By the contour, and how far it is to be trusted.
+struct ByContour {
+  double factor = 0;
+  bool cancelled = false;  // half of its digits are lost
+};
+
+ByContour by_contour(const Vec3& x, const Vec3& n, PolygonView polygon) {
   View view;
   const Horizon horizon = look(x, n, polygon, view);
-  if (horizon == Horizon::kBelow) return 0;
+  if (horizon == Horizon::kBelow) return {};
   const ContourSum sum = contour_sum(view, n);
-  if (sum.on_edge) return on_the_rim(x, n, polygon);
+  if (sum.on_edge) return {on_the_rim(x, n, polygon), false};
   // A cut moves corners by a rounding of their distance, not of the edges' lengths.
   const double magnitude = horizon == Horizon::kCut ? std::max(1.0, sum.magnitude) : sum.magnitude;
-  if (std::abs(sum.c) > kCancelled * magnitude) return std::clamp(sum.c, 0.0, 1.0);
-  return by_cubature(x, n, polygon);
+  return {std::clamp(sum.c, 0.0, 1.0), !(std::abs(sum.c) > kCancelled * magnitude)};
+}
+
+}  // namespace
+
+double point_to_polygon(const Vec3& x, const Vec3& n, PolygonView polygon) {
+  const ByContour contour = by_contour(x, n, polygon);
+  return contour.cancelled ? by_cubature(x, n, polygon) : contour.factor;
+}
+
+double point_to_polygon_in_sum(const Vec3& x, const Vec3& n, PolygonView polygon) {
+  return by_contour(x, n, polygon).factor;
 }
 
 }  // namespace atrium

@@ -492,6 +492,24 @@ TEST(PointFormFactor, FiniteEverywhere) {
         }
 }
 
+// Small, far, grazing and cut by the horizon: where the contour cancels, and where it does not.
+TEST(PointFormFactor, InASumItIsAsNearAsASumCanTell) {
+  constexpr double kAbsolute = 1e-13;
+  const Vec3 up{0, 0, 1};
+  int cancelled = 0;
+  for (const double size : {1e-5, 1e-3, 0.3, 4.0})
+    for (const double far : {0.2, 7.0, 900.0})
+      for (const double height : {-1e-9, 0.0, 1e-6, 0.01, 2.0}) {
+        const Vec3 a{far, 0.1, height};
+        const Polygon q{a, a + size * Vec3{0, 0, 1}, a + size * Vec3{0, 1, 1}, a + size * Vec3{0, 1, 0}};
+        const double exact = point_to_polygon({0, 0, 0}, up, q);
+        cancelled += exact > 0 && exact < 1e-9;
+        EXPECT_NEAR(point_to_polygon_in_sum({0, 0, 0}, up, q), exact, kAbsolute)
+            << size << " " << far << " " << height;
+      }
+  EXPECT_GT(cancelled, 5);
+}
+
 // On the hinge of two half-planes' middle: (1 + cos angle) / 2, whatever is nearby small.
 TEST(PointFormFactor, OnTheSharedEdgeItIsTheLimit) {
   for (const double angle : {30.0, 90.0, 150.0}) {
