@@ -279,7 +279,7 @@ double Refiner::weight(std::int32_t receiver, double arriving) const {
 }
 
 // 3(c) T = Tube(R, S, B(R, S)), here of a pair on its way down. [THFH94 §5.1]
-Variety Refiner::look_through(Tube& tube, const Tube* parent, const Site& r, const Site& s) {
+Variety Refiner::draw(Tube& tube, const Tube* parent, const Site& r, const Site& s) {
   const PolygonPair ends{r.polygon(), r.normal, s.polygon(), s.normal};
   const BlockerIndex& index = *around_.index;
   tube = parent ? subdivide(*parent, ends, index, settings_.tolerance)
@@ -289,6 +289,30 @@ Variety Refiner::look_through(Tube& tube, const Tube* parent, const Site& r, con
      : v == Variety::INVISIBLE ? counters_.tubes_invisible
                                : counters_.tubes_partial);
   return v;
+}
+
+// Of a transfer so heavy that what sixteen rays leave open may be too much the blockers are asked for:
+// past few it is measured. Others, most of them, take sixteen rays: a tube past a room's furniture
+// costs as much as twenty such packets, and what it could add is far below their threshold.
+Variety Refiner::look_through(Tube& tube, const Tube* parent, std::int32_t receiver,
+                              const Site& site, const Source& source, const Kernel& open,
+                              Sight& sight) {
+  const double transfer = source.radiosity * open.mean;
+  const bool heavy = kMixed * transfer * weight(receiver, 0) > settings_.threshold;
+  if (heavy || !(open.mean > 0) || (parent && inherits(*parent))) {
+    const Variety v = draw(tube, parent, site, *source.site);
+    if (v != Variety::PARTIAL || !(open.mean > 0)) return v;
+    if (!tube.crowded && tube.count <= kFewBlockers)
+      if (const auto measured = measure(receiver, site, *source.site, open, tube)) {
+        sight = *measured;
+        return v;
+      }
+  } else {
+    tube = undrawn(parent);
+    ++counters_.tubes_partial;
+  }
+  sight = see(receiver, site, source, open, look(site, *source.site, facing_lanes(open)));
+  return Variety::PARTIAL;
 }
 
 void Refiner::descend(std::int32_t receiver, const Site& site, const Source& source,
@@ -313,13 +337,11 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
   Tube tube;
   const std::uint64_t rays_before = counters_.rays;
   if (around_.index) {
-    const Variety variety = look_through(tube, parent, site, *source.site);
+    const Variety variety = look_through(tube, parent, receiver, site, source, open, sight);
     if (variety == Variety::INVISIBLE) return;
-    if (variety == Variety::PARTIAL && open.mean > 0) {
-      sight = see(receiver, site, source, open, tube);
-      // What is hidden of the source need not be as bright as what is seen.
+    // What is hidden of the source need not be as bright as what is seen.
+    if (variety == Variety::PARTIAL && open.mean > 0)
       variation = std::max(variation, kHidden * source.detail * open.mean);
-    }
   }
   const bool by_ray = counters_.rays > rays_before;
   const double shape = source.radiosity * sight.misfit, shadow = source.radiosity * sight.shadow;
@@ -345,17 +367,11 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
   full_link(receiver, site, source, sight, by_ray);
 }
 
-// Rays where the answer is unsure. Of a transfer so heavy that what sixteen rays leave open may be
-// too much, what few blockers leave is measured and needs none; past many it takes sixteen, and
-// sixteen more where they agree. One that weighs little takes sixteen past any: they cost less than
-// measuring.
+// What sixteen rays say of a pair that is not wholly seen; sixteen more where they agree and much is
+// at stake.
 Refiner::Sight Refiner::see(std::int32_t receiver, const Site& site, const Source& source,
-                            const Kernel& open, const Tube& tube) {
+                            const Kernel& open, VisibleMask visible) {
   const double transfer = source.radiosity * open.mean;
-  const bool heavy = kMixed * transfer * weight(receiver, 0) > settings_.threshold;
-  if (heavy && !tube.crowded && tube.count <= kFewBlockers)
-    if (const auto measured = measure(receiver, site, *source.site, open, tube)) return *measured;
-  const VisibleMask visible = look(site, *source.site, facing_lanes(open));
   const Kernel seen = masked(site, open, visible);
   double v = seen_share(site, open, visible);
   const double arriving = source.radiosity * darkest_row(seen);

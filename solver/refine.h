@@ -88,9 +88,11 @@ class Refiner {
   void descend_receiver(std::int32_t receiver, const Source& source, const Tube& tube);
   bool descend_source(std::int32_t receiver, const Site& site, const Source& source,
                       const Tube& tube);
-  Variety look_through(Tube& tube, const Tube* parent, const Site& r, const Site& s);
+  Variety look_through(Tube& tube, const Tube* parent, std::int32_t receiver, const Site& site,
+                       const Source& source, const Kernel& open, Sight& sight);
+  Variety draw(Tube& tube, const Tube* parent, const Site& r, const Site& s);
   Sight see(std::int32_t receiver, const Site& site, const Source& source, const Kernel& open,
-            const Tube& tube);
+            VisibleMask visible);
   std::optional<Sight> measure(std::int32_t receiver, const Site& r, const Site& s,
                                const Kernel& open, const Tube& tube) const;
   VisibleMask look(const Site& receiver, const Site& source, VisibleMask lanes);

@@ -23,9 +23,6 @@ Tube with_list(std::optional<std::size_t> found, Tube tube) {
   return tube;
 }
 
-// Needs no shaft: what is wholly seen or wholly hidden stays so in all its parts.
-bool inherits(const Tube& parent) { return parent.decided && parent.known != Variety::PARTIAL; }
-
 }  // namespace
 
 Tube make_tube(const Shaft& shaft, const BlockerIndex& index) {
@@ -37,6 +34,13 @@ Tube make_tube(const Shaft& shaft, const BlockerIndex& index) {
 
 Tube make_tube(const PolygonPair& ends, const BlockerIndex& index, double tolerance) {
   return make_tube(make_shaft(ends.p, ends.p_normal, ends.q, ends.q_normal, tolerance), index);
+}
+
+Tube undrawn(const Tube* parent) {
+  Tube tube = parent ? *parent : with_list(std::nullopt, {});
+  tube.decided = true;
+  tube.known = Variety::PARTIAL;
+  return tube;
 }
 
 Tube subdivide(const Tube& parent, const Shaft& child, const BlockerIndex& index) {

@@ -48,6 +48,15 @@ struct Tube {
 Tube make_tube(const Shaft& shaft, const BlockerIndex& index);
 Tube make_tube(const PolygonPair& ends, const BlockerIndex& index, double tolerance);
 
+// Is the tube wholly seen or wholly hidden? Then so are all tubes within it, and none is drawn.
+inline bool inherits(const Tube& parent) {
+  return parent.decided && parent.known != Variety::PARTIAL;
+}
+
+// The tube within the parent's, or on its own, of a pair that is known to be PARTIAL: it is not drawn,
+// and keeps the parent's list.
+Tube undrawn(const Tube* parent);
+
 // The tube of two entities within the parent's. VISIBLE and INVISIBLE are inherited; a list is
 // narrowed to the child's shaft.
 Tube subdivide(const Tube& parent, const Shaft& child, const BlockerIndex& index);
