@@ -10,6 +10,7 @@
 // ask.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "engine/model.h"
 #include "engine/status.h"
 #include "pagestore/cluster_store.h"
+#include "solver/basis.h"
 #include "visibility/occlusion.h"
 
 namespace atrium {
@@ -30,6 +32,10 @@ struct BrightSource {
   Vec3 center{0};  // of the ball about the polygon
   double radius = 0, area = 0;
   Spectrum radiosity{0};  // lm/m², mean
+  // A quadrature over it, solver/basis.h: weights sum to 1.
+  std::array<Vec3, kMaxNodes> node;
+  std::array<double, kMaxNodes> node_weight{};
+  int nodes = 0;
 
   static constexpr std::int32_t kLamp = -1;
   bool lamp() const { return element == kLamp; }
