@@ -28,7 +28,7 @@ constexpr double kQuantile = 2.04;
 // light reaches it, and none sees it.
 constexpr double kCovered = 1 - 1e-9;
 
-// No single point counts for more than this share of the mean square: a bright spot where shadow
+// No single point counts for more than this share of the squares: a bright spot where shadow
 // should be, met by chance, would decide the estimate alone. The interval's upper end counts it in
 // full.
 constexpr double kMostOfSquare = 0.1;
@@ -253,14 +253,19 @@ struct Group {
   double unit = 0;              // of its unknown: bright groups' errors go with their brightness
 };
 
-// The sum of squares of which none has more than its share.
+// The sum of squares of which none has more than its share of those that are above their noise:
+// what noise takes off the others may be as much as they are.
 double tempered_sum(std::span<const double> squares) {
   constexpr int kRounds = 8;  // each takes off what the last found too much
   double most = std::numeric_limits<double>::infinity(), sum = 0;
   for (int i = 0; i < kRounds; ++i) {
+    double above = 0;
     sum = 0;
-    for (const double x : squares) sum += std::min(x, most);
-    most = kMostOfSquare * std::max(0.0, sum);
+    for (const double x : squares) {
+      sum += std::min(x, most);
+      above += std::clamp(x, 0.0, most);
+    }
+    most = kMostOfSquare * above;
   }
   return sum;
 }
@@ -428,10 +433,11 @@ Jackknifed jackknife(double whole, std::span<const Answer> parts, double Answer:
 
 double root(double square) { return std::sqrt(std::max(0.0, square)); }
 
-// An end of the interval. Squares of heavy tails are skewed: their logarithm is less so.
+// An end of the interval. Squares of heavy tails are skewed: their logarithm is less so, where they
+// are more than noise.
 double bound(const Jackknifed& square, int side) {
   const double spread = side * kQuantile * square.standard_error;
-  if (square.value > 0) return root(square.value) * std::exp(0.5 * spread / square.value);
+  if (square.value > square.standard_error) return root(square.value) * std::exp(0.5 * spread / square.value);
   return root(square.value + spread);
 }
 

@@ -46,9 +46,12 @@ constexpr double kFineRestOfError = 1.0 / 50;
 constexpr std::uint32_t kStalledSweeps = 30, kNoisySweeps = 6;
 constexpr double kNoisyProgress = 0.9;
 // Where the estimate is above the error asked, links are made finer: by the square of how much, in
-// these bounds, so often at most.
+// these bounds, beyond the last level so often at most.
 constexpr double kTightest = 1.0 / 8, kLoosest = 1.0 / 2;
 constexpr std::uint32_t kMostTightened = 1;
+// A local pass about halves the error of the last level: where its links are not as fine as they
+// may be, it is made if that will surely do. Coarse ones gain too little from it.
+constexpr double kMendedByPass = 1.5;
 // Sources brighter than this many times the mean are lamps: they do not stand for their room.
 constexpr double kLampOfMean = 8;
 
@@ -67,13 +70,18 @@ constexpr std::uint64_t kForesight = 1 << 16;
 constexpr double kStatusInterval = 0.2;    // s between renewals of the status page and progress
 constexpr double kHistoryInterval = 60;    // s between lines of an iteration that goes on
 
-// What an estimate of the error may take: at coarse levels few points tell how it falls; whether to
-// stop is asked of many.
 // What sweeps have changed since the last estimate, as a share of the light, against the error that
-// it found: below this it still holds.
-constexpr double kStale = 0.3;
-constexpr EstimateSettings kCoarseEstimate{.points = 768, .directions = 128, .seed = 2};
-constexpr EstimateSettings kFineEstimate{.points = 2048, .directions = 256, .seed = 3};
+// it found: below this it still holds, for a line of the history and to be judged by.
+constexpr double kStale = 0.3, kStaleToJudge = 0.1;
+// The error is looked at closer where the interval is vague, its ends so many times apart; and, to
+// be judged, ever closer while what was asked lies within. The first look is for few links, which
+// cost less than the second one.
+constexpr double kVague = 2.5;
+constexpr std::array<EstimateSettings, 3> kLooks{
+    {{.points = 256, .directions = 128, .seed = 4},
+     {.points = 768, .directions = 128, .seed = 2},
+     {.points = 2048, .directions = 256, .seed = 3}}};
+constexpr std::uint64_t kFewLinks = 1 << 16;
 
 enum class Stop { kNone, kConverged, kResidual, kIterations, kTime, kRequested, kStalled, kTooCoarse, kFailed };
 
@@ -126,12 +134,15 @@ class Scheduler {
   Status sweep();
   Result<GatherReport> gather_to(ClusterId receiver);
   Status judge();
+  Status look_at_error();
+  void begin_level(double threshold);
   void end_for_good();
   GatherTask task_for(ClusterId receiver);
   void foresee_more();
   void forget_foreseen();
   void end_sweep();
   void conclude();
+  bool at_last_level() const { return cursor_.level + 1 == kLevels.size(); }
   bool limits_reached();
   double rest_of_light(double change) const;
   double residual() const;
@@ -416,6 +427,7 @@ void Scheduler::end_sweep() {
   if (cursor_.phase == Phase::kMend) {
     equilibrium_->forget();
     cursor_.mended = 1;
+    cursor_.unseen = 1;
     cursor_.phase = Phase::kJudge;
     return;
   }
@@ -434,6 +446,27 @@ void Scheduler::end_sweep() {
   summary_.refined.add(sweep_.refined);
   summary_.total_data_bytes += sweep_.total_bytes;
   summary_.hit_ratio = (counters() - sweep_began_).hit_ratio();
+}
+
+// Where what is known of the error is stale; where it is to be judged, until it is clear.
+Status Scheduler::look_at_error() {
+  const bool judged = cursor_.phase == Phase::kJudge, few = summary_.links < kFewLinks;
+  for (std::size_t i = few && !(judged && at_last_level()) ? 0 : 1; i < kLooks.size(); ++i) {
+    const ErrorEstimate& known = summary_.estimate;
+    const bool stale = known.points == 0 ||
+                       cursor_.unseen >= (judged ? kStaleToJudge : kStale) * known.error;
+    const bool closer = known.points < static_cast<std::uint64_t>(kLooks[i].points);
+    const bool open = judged && (at_last_level() || !few) && known.low <= options_.error &&
+                      options_.error < known.high && closer;
+    const bool vague = known.high > kVague * known.low && closer && i + 1 < kLooks.size();
+    if (!stale && !open && !vague) continue;
+    const Result<ErrorEstimate> found =
+        estimate_error(prepared_->model, directory_.store(), *fresh_, kLooks[i]);
+    if (!found.ok()) return found.status();
+    summary_.estimate = *found;
+    cursor_.unseen = 0;
+  }
+  return {};
 }
 
 Status Scheduler::record_history(std::uint32_t level, bool complete) {
@@ -463,17 +496,10 @@ Status Scheduler::record_history(std::uint32_t level, bool complete) {
     if (!e.ok()) return e.status();
     h.error_true = summary_.error_true = *e;
   }
-  if (complete && (cursor_.phase == Phase::kJudge || summary_.estimate.points == 0 ||
-                   cursor_.unseen >= kStale * summary_.estimate.error)) {
-    const EstimateSettings& how =
-        level + 1 == kLevels.size() ? kFineEstimate : kCoarseEstimate;
-    Result<ErrorEstimate> e =
-        estimate_error(prepared_->model, directory_.store(), *fresh_, how);
-    if (!e.ok()) return e.status();
-    summary_.estimate = *e;
-    cursor_.unseen = 0;
+  if (complete) {
+    ATRIUM_RETURN_IF_ERROR(look_at_error());
+    h.estimate = summary_.estimate;
   }
-  if (complete) h.estimate = summary_.estimate;
   last_line_ = h;
   last_line_at_ = now();
   if (complete) summary_.solver_seconds += sweep_.solver_seconds;
@@ -505,7 +531,7 @@ void Scheduler::conclude() {
   const std::uint64_t limit = options_.iterations;
   // Where iterations are counted out, each level gets its share of them.
   const std::uint64_t share = limit ? std::max<std::uint64_t>(1, limit / kLevels.size()) : 0;
-  const bool last = cursor_.level + 1 == kLevels.size();
+  const bool last = at_last_level();
   const PushPullSums& s = sweep_.sums;
   const double reflected = luminance(s.reflected);
   const double change = reflected > 0 ? s.change / reflected : 0;
@@ -520,17 +546,24 @@ void Scheduler::conclude() {
     stop_ = Stop::kResidual;
   else if (limit && cursor_.iteration >= limit)
     stop_ = Stop::kIterations;
-  else if (last && options_.residual == 0 && (settled || no_progress))
+  else if (options_.residual == 0 && (last ? settled || no_progress : settled && !limit))
     cursor_.phase = Phase::kJudge;
   else if (last && no_progress)
     stop_ = Stop::kStalled;
-  else if (!last && (settled || (share && cursor_.sweep >= share))) {
-    ++cursor_.level;
-    cursor_.sweep = 0;
-    links_->forget_all();
-    equilibrium_->forget();
-  }
+  else if (!last && (settled || (share && cursor_.sweep >= share)))
+    begin_level(1);
   end_for_good();
+}
+
+// The next level, or the last one over again; its link threshold is so many times what it would be.
+void Scheduler::begin_level(double threshold) {
+  if (cursor_.level + 1 < kLevels.size()) ++cursor_.level;
+  cursor_.threshold *= threshold;
+  cursor_.phase = Phase::kLinks;
+  cursor_.mended = 0;
+  cursor_.sweep = 0;
+  links_->forget_all();
+  equilibrium_->forget();
 }
 
 // Ends that going on would not change: a run that is taken up again ends so at once.
@@ -542,24 +575,29 @@ void Scheduler::end_for_good() {
     directory_.store().drop_streamed(kEquilibriumRecord);
 }
 
-// Is the solution as exact as asked? If not, a local pass may make it so, and then finer links.
+// Is the solution as exact as asked? If not, a local pass may make it so, and then finer links: as
+// fine as the estimate says is needed, and no finer than the next level's. A coarse level's answer
+// is taken where that is beyond doubt.
 Status Scheduler::judge() {
   ATRIUM_RETURN_IF_ERROR(record_history(cursor_.level, true));
   for (const ClusterId c : order_) drop_mend(directory_.store(), c);
   const double asked = options_.error, found = summary_.estimate.error;
-  if (found <= asked) {
+  const bool last = at_last_level(), finest = last && cursor_.threshold <= 1;
+  const bool few = summary_.links < kFewLinks;
+  const double finer = std::clamp(squared(asked / found), kTightest, kLoosest);
+  if ((last ? found : summary_.estimate.high) <= asked) {
     stop_ = Stop::kConverged;
-  } else if (!cursor_.mended) {
+  } else if (!cursor_.mended && (finest || (last && !few && found <= kMendedByPass * asked))) {
     cursor_.phase = Phase::kMeasure;
+  } else if (!last) {
+    begin_level(std::max(1.0, finer * kLevels[cursor_.level] / kLevels[cursor_.level + 1]));
+  } else if (!finest) {
+    begin_level(std::max(1 / cursor_.threshold, finer));
   } else if (cursor_.tightened == kMostTightened) {
     stop_ = Stop::kTooCoarse;
   } else {
     ++cursor_.tightened;
-    cursor_.threshold *= std::clamp(squared(asked / found), kTightest, kLoosest);
-    cursor_.phase = Phase::kLinks;
-    cursor_.mended = 0;
-    cursor_.sweep = 0;
-    links_->forget_all();
+    begin_level(finer);
   }
   end_for_good();
   return {};
