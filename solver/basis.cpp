@@ -41,7 +41,8 @@ Rule triangle_rule(std::span<const Vec2> v) {
   return r;
 }
 
-// The point of a quadrilateral at (s, t) of the unit square, weighed by the bilinear map's Jacobian.
+// The point of a quadrilateral at (s, t) of the unit square, weighed by the bilinear map's
+// Jacobian.
 Node bilinear_node(std::span<const Vec2> v, double area, double s, double t) {
   const Vec2 p = (1 - t) * ((1 - s) * v[0] + s * v[1]) + t * ((1 - s) * v[3] + s * v[2]);
   const Vec2 ds = (1 - t) * (v[1] - v[0]) + t * (v[2] - v[3]);
@@ -70,12 +71,12 @@ Rule quadrilateral_rule(std::span<const Vec2> v, double area) {
 constexpr double kBowlOfPlane = 0.894;
 
 // Shares of cubics that the nodes of order 3 see, on the average over an orthonormal set of four:
-// the sum of what a least squares fit at the nodes leaves over of each. Affine maps change nothing for
-// the first two; the others are what measured quadrilaterals and polygons have about them.
+// the sum of what a least squares fit at the nodes leaves over of each. Affine maps change nothing
+// for the first two; the others are what measured quadrilaterals and polygons have about them.
 constexpr double kSeenInParallelogram = 1, kSeenInTriangle = 0.296;
 constexpr double kSeenInQuadrilateral = 0.42, kSeenInPolygon = 0.3;
-// The nodes of the parallelogram are blind to all quartics, but the centre misses a fit to one of norm
-// 1 by √2.44 on the same average.
+// The nodes of the parallelogram are blind to all quartics, but the centre misses a fit to one of
+// norm 1 by √2.44 on the same average.
 constexpr double kBowlOfParallelogram = 0.64;
 
 // [Radon 1948; Strang & Fix 1973, degree 5]
@@ -98,7 +99,7 @@ Rule triangle_rule_of_degree_5(std::span<const Vec2> v) {
 
 // [Burnside 1908, degree 5], on [-1, 1]²: four nodes on the axes, four on the diagonals.
 Rule parallelogram_rule(std::span<const Vec2> v) {
-  constexpr double kOnAxis = 0.683130051063973225548, kAxisWeight = 10.0 / 49;   // √(7/15)
+  constexpr double kOnAxis = 0.683130051063973225548, kAxisWeight = 10.0 / 49;        // √(7/15)
   constexpr double kDiagonal = 0.881917103688196863500, kDiagonalWeight = 9.0 / 196;  // √(7/9)
   const Vec2 center = 0.5 * (v[0] + v[2]), s = 0.5 * (v[1] - v[0]), t = 0.5 * (v[3] - v[0]);
   const Vec2 a = kOnAxis * s, b = kOnAxis * t, c = kDiagonal * (s + t), d = kDiagonal * (s - t);
@@ -149,8 +150,8 @@ Rule inertia_rule(const Moments& m) {
   return r;
 }
 
-// The nodes of both halves: enough to tell all quadratics apart, which four or six on an ellipse are
-// not.
+// The nodes of both halves: enough to tell all quadratics apart, which four or six on an ellipse
+// are not.
 Rule rule_of_halves(std::span<const Vec2> polygon, const Element& element) {
   Rule r;
   r.exact_products = false;
@@ -194,8 +195,8 @@ Moments moments(std::span<const Vec2> polygon) {
 
 namespace {
 
-// The rows of φ3, φ4 and φ5 by Gram and Schmidt on φ1², φ1φ2 and φ2². Where φ2 is zero, as in a needle
-// without width, so are the functions made with it.
+// The rows of φ3, φ4 and φ5 by Gram and Schmidt on φ1², φ1φ2 and φ2². Where φ2 is zero, as in a
+// needle without width, so are the functions made with it.
 void make_quadratics(std::span<const Vec2> polygon, const Element& element,
                      std::span<double> triangle) {
   SquareMatrix gram{};

@@ -36,7 +36,7 @@ inline constexpr int kMaxNodes = 9;
 struct Rule {
   std::array<Node, kMaxNodes> nodes;
   int count = 0;
-  bool exact_products = true;  // of any two functions of the basis: these are orthonormal at the nodes
+  bool exact_products = true;  // of two functions of the basis: orthonormal at the nodes
   // Of the square of a polynomial of one degree more than the basis has, and orthogonal to it, what
   // a fit at the nodes leaves over at the nodes, on the average over all such polynomials.
   double cubic_seen = 1;
@@ -50,9 +50,9 @@ struct Rule {
 // quadrilateral, 4 on the axes of inertia of any other polygon; 1 at the centroid for order 1 would
 // be blind to where shadows fall, so that every order uses these.
 // Order 3: exact for degree 5 in a triangle (7 [Radon 1948]) and in a parallelogram (8 [Burnside
-// 1908]: unlike 3×3 Gauss, they see what a cubic leaves of a quadratic fit), for degree 4 in any other
-// quadrilateral (3×3 Gauss), for degree 2 in any other polygon (4 on the
-// axes of inertia of either half).
+// 1908]: unlike 3×3 Gauss, they see what a cubic leaves of a quadratic fit), for degree 4 in any
+// other quadrilateral (3×3 Gauss), for degree 2 in any other polygon (4 on the axes of inertia of
+// either half).
 Rule quadrature(std::span<const Vec2> polygon, const Element& element, int order);
 
 // Nodes that integrate the product of any two functions of the basis exactly: those of quadrature()

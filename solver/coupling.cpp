@@ -58,8 +58,8 @@ double rim_distance(const Site& site, const Vec3& foot) {
   return least;
 }
 
-// Solves A X = B in place, A symmetric and positive semidefinite; where a function is zero, so is its
-// row of X.
+// Solves A X = B in place, A symmetric and positive semidefinite; where a function is zero, so is
+// its row of X.
 void solve_gram(SquareMatrix& a, SquareMatrix& b, int n) {
   constexpr double kNothing = 1e-9;  // of a function's square, which is of the order of 1
   for (int i = 0; i < n; ++i) {
@@ -84,8 +84,8 @@ void add_products(const BasisValues& phi, double weight, int n, SquareMatrix& su
     for (int b = 0; b < n; ++b) sum[a][b] += weight * phi[a] * phi[b];
 }
 
-// Means of a value × φ over the part by a least squares fit of the basis to the values at the nodes:
-// dual = G C⁻¹ φ with the products' means G over the part and C at the nodes.
+// Means of a value × φ over the part by a least squares fit of the basis to the values at the
+// nodes: dual = G C⁻¹ φ with the products' means G over the part and C at the nodes.
 void make_dual(const PatchView& patch, std::size_t i, std::span<const Vec2> part,
                const Element& shape, Site& s) {
   const int n = patch.k();
@@ -172,7 +172,8 @@ double factor_at(const Vec3& x, const Site& r, const Site& s) {
   return fill_row(x, r.normal, s, unused);
 }
 
-// A source above the inside lights a spot of its own size and more, one beside it a strip of the rim.
+// A source above the inside lights a spot of its own size and more, one beside it a strip of the
+// rim.
 Probe probe_next_to(const Site& r, const Site& s) {
   const double height = dot(r.normal, s.center - r.center);
   const Vec3 foot = s.center - height * r.normal;
@@ -281,9 +282,9 @@ VisibleMask facing_lanes(const Site& receiver, const Site& source, const Kernel&
   VisibleMask lanes = 0;
   for (int k = 0; k < receiver.eyes; ++k)
     for (int l = 0; l < source.eyes; ++l) {
-      const bool facing = nodes ? open.g[k][l] > 0
-                                : kernel_at(receiver.eye[k], receiver.normal, source.eye[l],
-                                            source.normal) > 0;
+      const bool facing =
+          nodes ? open.g[k][l] > 0
+                : kernel_at(receiver.eye[k], receiver.normal, source.eye[l], source.normal) > 0;
       if (facing) lanes |= lane(k, l);
     }
   return lanes;

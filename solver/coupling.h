@@ -26,8 +26,8 @@ struct Site {
   std::array<Vec3, kMaxNodes> x;
   std::array<double, kMaxNodes> weight;  // sums to 1
   std::array<BasisValues, kMaxNodes> phi;
-  // What a value at a node is multiplied with, and the weight, for its part in the means of value × φ;
-  // exact where the values are those of a function of the basis. Set where that is not phi.
+  // What a value at a node is multiplied with, and the weight, for its part in the means of value
+  // × φ; exact where the values are those of a function of the basis. Set where that is not phi.
   std::array<BasisValues, kMaxNodes> dual;
   bool own_dual = false;
   int nodes = 0;

@@ -102,9 +102,9 @@ TEST(Basis, QuadraticsOfASquareAreProductsOfLegendres) {
   EXPECT_NEAR(std::abs(f[5]), std::sqrt(5.0), 1e-13);
 }
 
-// What a polynomial of one degree more than the basis leaves of its fit at the nodes, mean square, as the
-// misfit of links is judged by. Over an orthonormal set of four cubics, found here by Gram and
-// Schmidt on monomials with the tests' own quadrature.
+// What a polynomial of one degree more than the basis leaves of its fit at the nodes, mean square,
+// as the misfit of links is judged by. Over an orthonormal set of four cubics, found here by Gram
+// and Schmidt on monomials with the tests' own quadrature.
 double cubic_left(const Shape& shape) {
   Patches patches(3);
   const PatchTree tree = patches.tree(patches.add(in_plane(shape.outline)));
@@ -148,8 +148,7 @@ double cubic_left(const Shape& shape) {
     std::vector<double> at_nodes;
     for (int k = 0; k < site.nodes; ++k) {
       at_nodes.push_back(value(f, v.head->frame.to_plane(site.x[k])));
-      for (int a = 0; a < v.k(); ++a)
-        fit[a] += site.weight[k] * site.test(k)[a] * at_nodes.back();
+      for (int a = 0; a < v.k(); ++a) fit[a] += site.weight[k] * site.test(k)[a] * at_nodes.back();
     }
     for (int k = 0; k < site.nodes; ++k) {
       double rest = at_nodes[k];
@@ -162,7 +161,8 @@ double cubic_left(const Shape& shape) {
 
 TEST(Quadrature, NodesOfOrderThreeSeeTheirShareOfCubics) {
   for (const Shape& shape : shapes()) {
-    if (shape.aspect > 10) continue;  // affine images of others; monomials are ill-conditioned there
+    if (shape.aspect > 10)
+      continue;  // affine images of others; monomials are ill-conditioned there
     SCOPED_TRACE(shape.name);
     Patches patches(3);
     const PatchTree tree = patches.tree(patches.add(in_plane(shape.outline)));

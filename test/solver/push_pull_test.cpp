@@ -114,8 +114,8 @@ Frame2 frame_along(std::span<const Vec2> outline) {
 }
 
 // The best polynomial fit to a piecewise function over the whole outline, by normal equations in
-// monomials along and across the outline, in units of its extents, and elimination: nothing of it is
-// shared with the solver. Its value at a point.
+// monomials along and across the outline, in units of its extents, and elimination: nothing of it
+// is shared with the solver. Its value at a point.
 double monomial(const Frame2& frame, const Vec2& p, int i) {
   const Vec2 d = p - frame.origin;
   const double x = dot(frame.along, d), y = frame.along.x * d.y - frame.along.y * d.x;
@@ -182,8 +182,7 @@ TEST(PushPull, DetailIsTheNormOfWhatThePullLeavesOut) {
     GatherSlots slots = random_slots(tree, dice);
     push_pull(tree, slots, {});
     const auto lum = [&](std::size_t i, const Vec2& p) {
-      return luminance(
-          {value_at(tree, i, p, 0), value_at(tree, i, p, 1), value_at(tree, i, p, 2)});
+      return luminance({value_at(tree, i, p, 0), value_at(tree, i, p, 1), value_at(tree, i, p, 2)});
     };
     double rest2 = 0;
     for (std::size_t n = 0; n < tree.elements.size(); ++n) {
@@ -269,15 +268,15 @@ std::vector<double> closed(std::vector<double> g, const Closing& closing) {
 
 TEST(Closing, MissingShareComesFromTheRoom) {
   const Spectrum e{10, 20, 30}, room{100, 200, 400};
-  const std::vector<double> got = closed(
-      {e[0], e[1], e[2], 0.9}, {.how = Closing::How::kEachLeaf, .mean_radiosity = room});
+  const std::vector<double> got =
+      closed({e[0], e[1], e[2], 0.9}, {.how = Closing::How::kEachLeaf, .mean_radiosity = room});
   for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(got[c], e[c] + 0.1 * room[c], 1e-12);
 }
 
 TEST(Closing, OpenRowsAreLeftAsTheyAre) {
-  EXPECT_EQ(closed({10, 20, 30, 0.9},
-                   {.how = Closing::How::kOpen, .mean_radiosity = Spectrum{100}}),
-            (std::vector<double>{10, 20, 30}));
+  EXPECT_EQ(
+      closed({10, 20, 30, 0.9}, {.how = Closing::How::kOpen, .mean_radiosity = Spectrum{100}}),
+      (std::vector<double>{10, 20, 30}));
 }
 
 // A row that sums to four times the whole keeps a quarter of its light; one below keeps all.
