@@ -75,7 +75,7 @@ void add_solve_options(OptionSet& o, SolveOptions& s) {
              if (policy.ok()) s.policy = text;
              return policy.ok() ? Status() : policy.status();
            });
-  o.count("basis", "of an element: 1 constant, 2 linear", 1, kMaxOrder,
+  o.count("basis", "of an element: 1 constant, 2 linear, 3 quadratic", 1, kMaxOrder,
           [&s](std::uint64_t n) { s.basis = static_cast<int>(n); });
   o.choice("links", "what becomes of links between iterations", {"keep", "discard", "auto"},
            s.links);

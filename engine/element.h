@@ -17,10 +17,10 @@
 namespace atrium {
 
 inline constexpr int kChannels = 3;
-inline constexpr int kMaxOrder = 2;  // highest basis order built
+inline constexpr int kMaxOrder = 3;  // highest basis order built
 // Coefficients a channel: polynomials of total degree < order over the plane.
 constexpr int coefficient_count(int order) { return order * (order + 1) / 2; }
-// The basis itself: the lower triangle that makes it from monomials.
+// The basis itself: the lower triangle that makes it from monomials (solver/basis.h).
 constexpr int triangle_count(int order) {
   return coefficient_count(order) * (coefficient_count(order) + 1) / 2;
 }

@@ -72,7 +72,7 @@ class PatchResidual {
       // Two replicates tell little by themselves.
       const double variance = std::max(squared(luminance(fresh[n].standard_error)), pooled);
       for (std::size_t a = 0; a < k_; ++a) {
-        const double w = site.weight[n] * site.phi[n][a];
+        const double w = site.weight[n] * site.test(int(n))[a];
         slopes_[element * k_ + a] += w * r;
         slope_variance_[element * k_ + a] += squared(w) * variance;
       }

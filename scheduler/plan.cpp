@@ -142,7 +142,7 @@ Status validate(const SolveOptions& o) {
   if (!(o.error > 0 && o.error < 1)) return refuse("--error", "not above 0% and below 100%", "try 2%");
   if (o.basis < 1 || o.basis > kMaxOrder)
     return refuse("--basis", "order " + std::to_string(o.basis) + " is not built",
-                  "use 1 or " + std::to_string(kMaxOrder));
+                  "use 1 to " + std::to_string(kMaxOrder));
   if (o.links != "auto" && o.links != "keep" && o.links != "discard")
     return refuse("--links", "unknown choice " + o.links, "use keep, discard or auto");
   const std::vector<std::string> orders = order_names();

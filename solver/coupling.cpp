@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "engine/check.h"
+#include "engine/squared.h"
 #include "solver/form_factor.h"
 
 namespace atrium {
@@ -57,6 +58,52 @@ double rim_distance(const Site& site, const Vec3& foot) {
   return least;
 }
 
+// Solves A X = B in place, A symmetric and positive semidefinite; where a function is zero, so is
+// its row of X.
+void solve_gram(SquareMatrix& a, SquareMatrix& b, int n) {
+  constexpr double kNothing = 1e-9;  // of a function's square, which is of the order of 1
+  for (int i = 0; i < n; ++i) {
+    const double inverse = a[i][i] > kNothing ? 1 / a[i][i] : 0;
+    for (int c = 0; c < n; ++c) {
+      a[i][c] *= inverse;
+      b[i][c] *= inverse;
+    }
+    for (int r = 0; r < n; ++r) {
+      if (r == i) continue;
+      const double f = a[r][i];
+      for (int c = 0; c < n; ++c) {
+        a[r][c] -= f * a[i][c];
+        b[r][c] -= f * b[i][c];
+      }
+    }
+  }
+}
+
+void add_products(const BasisValues& phi, double weight, int n, SquareMatrix& sum) {
+  for (int a = 0; a < n; ++a)
+    for (int b = 0; b < n; ++b) sum[a][b] += weight * phi[a] * phi[b];
+}
+
+// Means of a value × φ over the part by a least squares fit of the basis to the values at the
+// nodes: dual = G C⁻¹ φ with the products' means G over the part and C at the nodes.
+void make_dual(const PatchView& patch, std::size_t i, std::span<const Vec2> part,
+               const Element& shape, Site& s) {
+  const int n = patch.k();
+  SquareMatrix exact{}, at_nodes{};
+  for (int q = 0; q < s.nodes; ++q) add_products(s.phi[q], s.weight[q], n, at_nodes);
+  for_each_product_node(part, shape, patch.order, [&](const Node& node) {
+    add_products(evaluate_basis(patch.basis_of(i), patch.elements[i], patch.order, node.p),
+                 node.weight, n, exact);
+  });
+  solve_gram(at_nodes, exact, n);  // C⁻¹ G, the transpose
+  s.own_dual = true;
+  for (int q = 0; q < s.nodes; ++q) {
+    s.dual[q] = {};
+    for (int a = 0; a < n; ++a)
+      for (int b = 0; b < n; ++b) s.dual[q][a] += exact[b][a] * s.phi[q][b];
+  }
+}
+
 }  // namespace
 
 Site make_site(const PatchView& patch, std::size_t i, std::span<const Vec2> part) {
@@ -79,13 +126,19 @@ Site make_site(const PatchView& patch, std::size_t i, std::span<const Vec2> part
   s.radius = shape.radius;
   s.vertices = static_cast<int>(part.size());
   for (int v = 0; v < s.vertices; ++v) s.outline[v] = patch.point(part[v]);
-  const Rule rule = quadrature(part, shape);
+  const Rule rule = quadrature(part, shape, patch.order);
   s.nodes = rule.count;
+  s.cubic_seen = rule.cubic_seen;
+  s.bowl = rule.bowl;
   for (int q = 0; q < rule.count; ++q) {
     s.x[q] = patch.point(rule.nodes[q].p);
     s.weight[q] = rule.nodes[q].weight;
     s.phi[q] = evaluate_basis(patch.basis_of(i), e, patch.order, rule.nodes[q].p);
   }
+  if (!rule.exact_products) make_dual(patch, i, part, shape, s);
+  const Rule eyes = patch.order < 3 ? rule : quadrature(part, shape, 2);
+  s.eyes = eyes.count;
+  for (int q = 0; q < eyes.count; ++q) s.eye[q] = patch.point(eyes.nodes[q].p);
   return s;
 }
 
@@ -119,7 +172,8 @@ double factor_at(const Vec3& x, const Site& r, const Site& s) {
   return fill_row(x, r.normal, s, unused);
 }
 
-// A source above the inside lights a spot of its own size and more, one beside it a strip of the rim.
+// A source above the inside lights a spot of its own size and more, one beside it a strip of the
+// rim.
 Probe probe_next_to(const Site& r, const Site& s) {
   const double height = dot(r.normal, s.center - r.center);
   const Vec3 foot = s.center - height * r.normal;
@@ -223,11 +277,66 @@ void sum_up(const Site& receiver, Kernel& k) {
 
 }  // namespace
 
-Kernel masked(const Site& receiver, const Kernel& open, VisibleMask visible) {
+VisibleMask facing_lanes(const Site& receiver, const Site& source, const Kernel& open) {
+  const bool nodes = receiver.looks_from_nodes() && source.looks_from_nodes();
+  VisibleMask lanes = 0;
+  for (int k = 0; k < receiver.eyes; ++k)
+    for (int l = 0; l < source.eyes; ++l) {
+      const bool facing =
+          nodes ? open.g[k][l] > 0
+                : kernel_at(receiver.eye[k], receiver.normal, source.eye[l], source.normal) > 0;
+      if (facing) lanes |= lane(k, l);
+    }
+  return lanes;
+}
+
+namespace {
+
+// By how much each node sees what each eye does: by the inverse fourth power of the distance.
+// [Shepard 68] Rows sum to 1.
+using EyeShares = std::array<std::array<double, kMaxEyes>, kMaxNodes>;
+EyeShares eye_shares(const Site& site) {
+  EyeShares shares{};
+  const double least2 = squared(kRim * site.radius);
+  for (int i = 0; i < site.nodes; ++i) {
+    double sum = 0;
+    for (int e = 0; e < site.eyes; ++e) {
+      const Vec3 d = site.eye[e] - site.x[i];
+      sum += shares[i][e] = 1 / squared(std::max(dot(d, d), least2));
+    }
+    for (int e = 0; e < site.eyes; ++e) shares[i][e] /= sum;
+  }
+  return shares;
+}
+
+// Share of the segments looked along that get through, as a pair of nodes has them around it.
+double seen_about(const std::array<double, kMaxEyes>& from, const std::array<double, kMaxEyes>& to,
+                  VisibleMask looked, VisibleMask visible) {
+  double all = 0, seen = 0;
+  for (int k = 0; k < kMaxEyes; ++k)
+    for (int l = 0; l < kMaxEyes; ++l) {
+      const double share = from[k] * to[l];
+      if (looked & lane(k, l)) all += share;
+      if (visible & lane(k, l)) seen += share;
+    }
+  return all > 0 ? seen / all : 0;
+}
+
+}  // namespace
+
+Kernel masked(const Site& receiver, const Site& source, const Kernel& open, VisibleMask looked,
+              VisibleMask visible) {
   Kernel out = open;
-  for (int k = 0; k < open.rows; ++k)
-    for (int l = 0; l < open.columns; ++l)
-      if (!(visible & lane(k, l))) out.g[k][l] = 0;
+  if (receiver.looks_from_nodes() && source.looks_from_nodes()) {
+    for (int k = 0; k < open.rows; ++k)
+      for (int l = 0; l < open.columns; ++l)
+        if (!(visible & lane(k, l))) out.g[k][l] = 0;
+  } else if (visible != looked) {
+    const EyeShares from = eye_shares(receiver), to = eye_shares(source);
+    for (int k = 0; k < open.rows; ++k)
+      for (int l = 0; l < open.columns; ++l)
+        out.g[k][l] *= seen_about(from[k], to[l], looked, visible);
+  }
   sum_up(receiver, out);
   return out;
 }
@@ -271,13 +380,13 @@ std::optional<Kernel> seen_by_source(const Site& receiver, const Site& source, c
 void couple(const Site& receiver, const Site& source, const Kernel& kernel, int order,
             std::span<float> out) {
   const int n = coefficient_count(order);
-  std::array<std::array<double, kMaxCoefficients>, kMaxCoefficients> sum{};
+  SquareMatrix sum{};
   for (int k = 0; k < kernel.rows; ++k) {
-    std::array<double, kMaxCoefficients> at{};
+    BasisValues at{};
     for (int l = 0; l < kernel.columns; ++l)
-      for (int b = 0; b < n; ++b) at[b] += kernel.g[k][l] * source.phi[l][b];
+      for (int b = 0; b < n; ++b) at[b] += kernel.g[k][l] * source.test(l)[b];
     for (int a = 0; a < n; ++a)
-      for (int b = 0; b < n; ++b) sum[a][b] += receiver.weight[k] * receiver.phi[k][a] * at[b];
+      for (int b = 0; b < n; ++b) sum[a][b] += receiver.weight[k] * receiver.test(k)[a] * at[b];
   }
   for (int a = 0; a < n; ++a)
     for (int b = 0; b < n; ++b) out[a * n + b] = static_cast<float>(sum[a][b]);

@@ -17,13 +17,23 @@
 
 namespace atrium {
 
+// A site is looked at from so many points at the most: 16 segments between two, a packet.
+inline constexpr int kMaxEyes = 4;
+
 // A place that sends or receives: an element, or a convex part of one, with its nodes in space.
 // Basis values are those of the element, wherever the part lies in it.
 struct Site {
   std::array<Vec3, kMaxNodes> x;
   std::array<double, kMaxNodes> weight;  // sums to 1
   std::array<BasisValues, kMaxNodes> phi;
+  // What a value at a node is multiplied with, and the weight, for its part in the means of value
+  // × φ; exact where the values are those of a function of the basis. Set where that is not phi.
+  std::array<BasisValues, kMaxNodes> dual;
+  bool own_dual = false;
   int nodes = 0;
+  // Ends of the segments that are looked along: the nodes that order 2 has.
+  std::array<Vec3, kMaxEyes> eye;
+  int eyes = 0;
   Vec3 normal{0};
   Vec3 center{0};
   double area = 0;
@@ -31,7 +41,11 @@ struct Site {
   std::array<Vec3, kMaxOutline> outline;
   int vertices = 0;
 
+  double cubic_seen = 1, bowl = 0;  // Rule's
+
   std::span<const Vec3> polygon() const { return {outline.data(), std::size_t(vertices)}; }
+  const BasisValues& test(int node) const { return own_dual ? dual[node] : phi[node]; }
+  bool looks_from_nodes() const { return eyes == nodes; }
 };
 
 // The site of a part of element i given by its outline in the patch's frame.
@@ -53,8 +67,8 @@ struct Probe {
 // Row k, column l: share of the light that source node l's part of the source sends to receiver
 // node k; a row sums to the configuration factor of the source there. Unoccluded.
 struct Kernel {
-  std::array<std::array<double, kMaxNodes>, kMaxNodes> g{};
-  std::array<double, kMaxNodes> row{};
+  std::array<std::array<double, kMaxNodes>, kMaxNodes> g;
+  std::array<double, kMaxNodes> row;
   double center = 0;  // configuration factor at the receiver's centre
   // The same next to the source, where it may be largest, and at the corner farthest from it: a lamp a
   // little below a ceiling lights a spot with a narrow rim. Of close pairs only.
@@ -65,12 +79,17 @@ struct Kernel {
 };
 Kernel make_kernel(const Site& receiver, const Site& source);
 
-// Bit 4k+l: is receiver node k seen from source node l?
+// Bit 4k+l: is receiver eye k seen from source eye l?
 using VisibleMask = std::uint16_t;
-constexpr VisibleMask lane(int k, int l) { return VisibleMask(1u << (kMaxNodes * k + l)); }
+constexpr VisibleMask lane(int k, int l) { return VisibleMask(1u << (kMaxEyes * k + l)); }
 
-// The kernel with what is not visible left out, node pair by node pair.
-Kernel masked(const Site& receiver, const Kernel& open, VisibleMask visible);
+// The eye pairs that face each other.
+VisibleMask facing_lanes(const Site& receiver, const Site& source, const Kernel& open);
+
+// The kernel with what is not visible left out, node pair by node pair. Where eyes are not nodes, a
+// pair of nodes sees the share that the eyes about them do.
+Kernel masked(const Site& receiver, const Site& source, const Kernel& open, VisibleMask looked,
+              VisibleMask visible);
 
 // The kernel as the listed blockers leave it, measured without a ray: from each node of one end the
 // seen part of the other is cut out, and its form factor given to the other's nodes so that its

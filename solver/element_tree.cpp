@@ -3,41 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 
 #include "solver/basis.h"
+#include "solver/outline.h"
 #include "solver/push_pull.h"
 
 namespace atrium {
 
 namespace {
-
-// A line in the patch's frame; left of it is where value() > 0.
-struct Line {
-  Vec2 normal{1, 0};
-  double offset = 0;
-  double value(const Vec2& p) const { return dot(normal, p) - offset; }
-};
-
-using Outline = std::vector<Vec2>;
-
-// The parts of a convex outline on either side; both get the same bits for the points between.
-std::array<Outline, 2> cut(std::span<const Vec2> outline, const Line& line, double tolerance) {
-  std::array<Outline, 2> parts;
-  const std::size_t n = outline.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vec2 &a = outline[i], &b = outline[(i + 1) % n];
-    const double da = line.value(a), db = line.value(b);
-    if (da >= -tolerance) parts[0].push_back(a);
-    if (da <= tolerance) parts[1].push_back(a);
-    if ((da > tolerance && db < -tolerance) || (da < -tolerance && db > tolerance)) {
-      const Vec2 x = a + (b - a) * (da / (da - db));
-      parts[0].push_back(x);
-      parts[1].push_back(x);
-    }
-  }
-  return parts;
-}
 
 double area_of(const Outline& outline) {
   return outline.size() < 3 ? 0 : moments(outline).area;
@@ -91,30 +64,6 @@ double contact_line(const PatchTree& tree, const Element& element, Line& line) {
   return share;
 }
 
-struct Extent {
-  Vec2 lo, hi;
-};
-
-Extent extent_of(std::span<const Vec2> outline) {
-  Extent e{outline[0], outline[0]};
-  for (const Vec2& p : outline) {
-    e.lo = {std::min(e.lo.x, p.x), std::min(e.lo.y, p.y)};
-    e.hi = {std::max(e.hi.x, p.x), std::max(e.hi.y, p.y)};
-  }
-  return e;
-}
-
-// Extents this near each other, relative, are equal: a shifted copy must split alike.
-constexpr double kTie = 1e-9;
-
-// Across the longer extent, through the centroid.
-Line centroid_line(const Vec2& centroid, std::span<const Vec2> outline) {
-  const Extent e = extent_of(outline);
-  const Vec2 size = e.hi - e.lo;
-  const Vec2 normal = size.x * (1 + kTie) >= size.y ? Vec2{1, 0} : Vec2{0, 1};
-  return {normal, dot(normal, centroid)};
-}
-
 // Appends an element with its basis; E is left zero.
 void append(PatchTree& tree, std::span<const Vec2> outline, std::int32_t parent) {
   Element x;
@@ -138,12 +87,6 @@ void append(PatchTree& tree, std::span<const Vec2> outline, std::int32_t parent)
 }
 
 }  // namespace
-
-std::array<std::vector<Vec2>, 2> halve(std::span<const Vec2> outline, const Vec2& centroid) {
-  std::array<Outline, 2> parts = cut(outline, centroid_line(centroid, outline), 0);
-  std::swap(parts[0], parts[1]);
-  return parts;
-}
 
 PatchTree plant(const Model& model, const Scene& scene, PatchId patch, int order) {
   const Patch& p = model.patches[patch.value];

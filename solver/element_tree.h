@@ -6,10 +6,6 @@
 // Splitting is a pure function of the tree: the same bits in any thread and on any machine state.
 #pragma once
 
-#include <array>
-#include <span>
-#include <vector>
-
 #include "engine/cluster_record.h"
 #include "engine/model.h"
 
@@ -17,10 +13,6 @@ namespace atrium {
 
 // The tree of a patch, a single leaf with E = 0.
 PatchTree plant(const Model& model, const Scene& scene, PatchId patch, int order);
-
-// The halves of a convex outline on either side of a line through its centroid, across its longer
-// extent; the one with the lower coordinates first.
-std::array<std::vector<Vec2>, 2> halve(std::span<const Vec2> outline, const Vec2& centroid);
 
 // Splits leaf i, handing E down exactly. False, with nothing changed, where a child's extent would
 // fall below min_edge (m). References into the tree's arrays are invalid afterwards.

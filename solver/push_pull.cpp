@@ -11,22 +11,17 @@ namespace atrium {
 
 namespace {
 
-using TwoScale = std::array<std::array<double, kMaxCoefficients>, kMaxCoefficients>;
-
-// H[i][j] = <φi of the child, φj of the parent> over the child, mean.
-TwoScale two_scale(const PatchView& v, const Element& parent, std::size_t pi, const Element& child,
-                   std::size_t ci) {
-  TwoScale h{};
-  const Rule rule = quadrature(v.polygon(child), child);
+// Adds to H, K×K and zero: H[i][j] = <φi of the child, φj of its parent> over the child, mean.
+void two_scale(const PatchView& v, std::size_t ci, std::span<double> h) {
+  const Element& child = v.elements[ci];
+  const std::size_t pi = child.parent;
   const int k = v.k();
-  for (int q = 0; q < rule.count; ++q) {
-    const Node& node = rule.nodes[q];
+  for_each_product_node(v.polygon(child), child, v.order, [&](const Node& node) {
     const BasisValues c = evaluate_basis(v.basis_of(ci), child, v.order, node.p);
-    const BasisValues p = evaluate_basis(v.basis_of(pi), parent, v.order, node.p);
+    const BasisValues p = evaluate_basis(v.basis_of(pi), v.elements[pi], v.order, node.p);
     for (int i = 0; i < k; ++i)
-      for (int j = 0; j < k; ++j) h[i][j] += node.weight * c[i] * p[j];
-  }
-  return h;
+      for (int j = 0; j < k; ++j) h[i * k + j] += node.weight * c[i] * p[j];
+  });
 }
 
 void close_row(std::span<double> g, const Closing& closing) {
@@ -73,14 +68,15 @@ void add_everywhere(PatchTree& tree, const Spectrum& e) {
 
 void hand_down(PatchTree& tree, std::int32_t parent, std::int32_t child) {
   const PatchView v = tree.view();
-  const TwoScale h = two_scale(v, tree.elements[parent], parent, tree.elements[child], child);
   const int k = v.k();
+  std::array<double, kMaxCoefficients * kMaxCoefficients> h{};
+  two_scale(v, child, h);
   double* from = &tree.e[std::size_t(parent) * k * kChannels];
   double* to = &tree.e[std::size_t(child) * k * kChannels];
   for (int i = 0; i < k; ++i)
     for (int c = 0; c < kChannels; ++c) {
       double sum = 0;
-      for (int j = 0; j < k; ++j) sum += h[i][j] * from[j * kChannels + c];
+      for (int j = 0; j < k; ++j) sum += h[i * k + j] * from[j * kChannels + c];
       to[i * kChannels + c] = sum;
     }
 }
@@ -90,17 +86,19 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
   const int k = v.k();
   const std::size_t stride = std::size_t(k) * kGatherChannels;
   std::vector<double>& g = slots.g;
-  std::vector<TwoScale> scales(tree.elements.size());
+  std::vector<double> scales(tree.elements.size() * k * k, 0.0);
+  const auto scale_of = [&](std::size_t i) { return std::span(scales).subspan(i * k * k, k * k); };
 
   // Push: children stand behind their parent, so one sweep forward reaches every leaf.
   for (std::size_t i = 1; i < tree.elements.size(); ++i) {
     const std::size_t p = tree.elements[i].parent;
-    scales[i] = two_scale(v, tree.elements[p], p, tree.elements[i], i);
+    const std::span<double> scale = scale_of(i);
+    two_scale(v, i, scale);
     for (int a = 0; a < k; ++a)
       for (int b = 0; b < k; ++b)
         for (int c = 0; c < kGatherChannels; ++c)
           g[i * stride + a * kGatherChannels + c] +=
-              scales[i][a][b] * g[p * stride + b * kGatherChannels + c];
+              scale[a * k + b] * g[p * stride + b * kGatherChannels + c];
   }
 
   PushPullSums sums;
@@ -122,13 +120,14 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
       for (std::size_t ci = x.child; ci < std::size_t(x.child) + 2; ++ci) {
         const Element& child = tree.elements[ci];
         const double share = child.area / x.area;
+        const std::span<const double> scale = scale_of(ci);
         const double* ce = &tree.e[ci * k * kChannels];
         norm2 += share * squared(child.detail);
         for (int b = 0; b < k; ++b) {
           norm2 += share * squared(luminance({ce[b * 3], ce[b * 3 + 1], ce[b * 3 + 2]}));
           for (int a = 0; a < k; ++a)
             for (int c = 0; c < kChannels; ++c)
-              e[a * kChannels + c] += share * scales[ci][b][a] * ce[b * kChannels + c];
+              e[a * kChannels + c] += share * scale[b * k + a] * ce[b * kChannels + c];
         }
       }
       for (int a = 0; a < k; ++a)

@@ -7,6 +7,7 @@
 
 #include "engine/squared.h"
 #include "solver/element_tree.h"
+#include "solver/outline.h"
 
 namespace atrium {
 
@@ -33,9 +34,6 @@ constexpr std::size_t kFewBlockers = 8;
 // Root mean square error that the nodes leave of what is measured from them, relative to how it
 // varies from node to node.
 constexpr double kSmooth = 0.3;
-// From centre against mean of a parabola's four Gauss nodes to the root mean square of its misfit
-// to a plane: √(4/45) / (1/3).
-constexpr double kBowl = 0.894;
 // Of the variation below a partly hidden source's element, how much may go by what is hidden: the
 // spot that a lamp's panel lights on the ceiling above it is hidden from all but the panel.
 constexpr double kHidden = 1;
@@ -97,25 +95,15 @@ double darkest_row(const Kernel& kernel) {
   return *std::min_element(kernel.row.begin(), kernel.row.begin() + kernel.rows);
 }
 
-// The node pairs that face each other.
-VisibleMask facing_lanes(const Kernel& kernel) {
-  VisibleMask lanes = 0;
-  for (int k = 0; k < kernel.rows; ++k)
-    for (int l = 0; l < kernel.columns; ++l)
-      if (kernel.g[k][l] > 0) lanes |= lane(k, l);
-  return lanes;
-}
-
-// Share of the transfer that comes through.
-double seen_share(const Site& r, const Kernel& kernel, VisibleMask visible) {
-  double seen = 0, all = 0;
-  for (int k = 0; k < kernel.rows; ++k)
-    for (int l = 0; l < kernel.columns; ++l) {
-      const double g = r.weight[k] * kernel.g[k][l];
-      all += g;
-      if (visible & lane(k, l)) seen += g;
+// Share of the transfer that comes through, weighed pair by pair.
+double seen_share(const Site& r, const Kernel& open, const Kernel& seen) {
+  double part = 0, all = 0;
+  for (int k = 0; k < open.rows; ++k)
+    for (int l = 0; l < open.columns; ++l) {
+      all += r.weight[k] * open.g[k][l];
+      part += r.weight[k] * seen.g[k][l];
     }
-  return all > 0 ? seen / all : 0;
+  return all > 0 ? part / all : 0;
 }
 
 // Variance of the share seen from the receiver's nodes, and from the source's.
@@ -241,25 +229,27 @@ double Refiner::misfit(std::int32_t receiver, const Site& r, const Kernel& kerne
   const PatchView patch = tree_->view();
   const int n = patch.k();
   const std::array<double, kMaxNodes>& f = kernel.row;
-  std::array<double, kMaxCoefficients> fit{};
+  BasisValues fit{};
   for (int k = 0; k < kernel.rows; ++k)
-    for (int a = 0; a < n; ++a) fit[a] += r.weight[k] * r.phi[k][a] * f[k];
-  double rest2 = 0;
-  for (int k = 0; k < kernel.rows; ++k) {
+    for (int a = 0; a < n; ++a) fit[a] += r.weight[k] * r.test(k)[a] * f[k];
+  const auto fit_of = [&](const BasisValues& phi) {
     double at = 0;
-    for (int a = 0; a < n; ++a) at += fit[a] * r.phi[k][a];
-    rest2 += r.weight[k] * squared(f[k] - at);
-  }
-  const double bowl = kBowl * (kernel.center - kernel.mean);
+    for (int a = 0; a < n; ++a) at += fit[a] * phi[a];
+    return at;
+  };
+  double rest2 = 0;
+  for (int k = 0; k < kernel.rows; ++k) rest2 += r.weight[k] * squared(f[k] - fit_of(r.phi[k]));
+  rest2 /= r.cubic_seen;
+  const BasisValues center = evaluate_basis(patch.basis_of(receiver), patch.elements[receiver],
+                                            patch.order, patch.elements[receiver].centroid);
+  const double bowl = r.bowl * (kernel.center - fit_of(center));
   for (const Probe& probe : std::span(kernel.probes).first(kernel.probe_count)) {
     const double share = probe.area / r.area;
     if (share >= 1) continue;
     const BasisValues phi = evaluate_basis(patch.basis_of(receiver), patch.elements[receiver],
                                            patch.order, patch.head->frame.to_plane(probe.at));
-    double at = 0;
-    for (int a = 0; a < n; ++a) at += fit[a] * phi[a];
     // The larger its part of the element, the more the nodes have seen of it.
-    rest2 += share * (1 - share * share) * squared(probe.factor - at);
+    rest2 += share * (1 - share * share) * squared(probe.factor - fit_of(phi));
   }
   return std::sqrt(rest2 + squared(bowl));
 }
@@ -311,7 +301,7 @@ Variety Refiner::look_through(Tube& tube, const Tube* parent, std::int32_t recei
     tube = undrawn(parent);
     ++counters_.tubes_partial;
   }
-  sight = see(receiver, site, source, open, look(site, *source.site, facing_lanes(open)));
+  sight = see(receiver, site, source, open);
   return Variety::PARTIAL;
 }
 
@@ -370,10 +360,12 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
 // What sixteen rays say of a pair that is not wholly seen; sixteen more where they agree and much is
 // at stake.
 Refiner::Sight Refiner::see(std::int32_t receiver, const Site& site, const Source& source,
-                            const Kernel& open, VisibleMask visible) {
+                            const Kernel& open) {
   const double transfer = source.radiosity * open.mean;
-  const Kernel seen = masked(site, open, visible);
-  double v = seen_share(site, open, visible);
+  const VisibleMask looked = facing_lanes(site, *source.site, open);
+  const VisibleMask visible = look(site, *source.site, looked);
+  const Kernel seen = masked(site, *source.site, open, looked, visible);
+  double v = seen_share(site, open, seen);
   const double arriving = source.radiosity * darkest_row(seen);
   if ((v == 0 || v == 1) &&
       kUnsureFour * transfer * weight(receiver, arriving) > settings_.threshold)
@@ -433,12 +425,12 @@ bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Sour
   // A leaf is cut in parts for better quadrature only: links still lead to the leaf.
   if (source.site->radius < settings_.min_edge || source.site->area < kSmallestPart * x.area)
     return false;
-  std::vector<Vec2> outline;
+  Outline outline;
   for (const Vec3& p : source.site->polygon())
     outline.push_back(source.patch->head->frame.to_plane(p));
-  const std::array<std::vector<Vec2>, 2> parts = halve(outline, moments(outline).centroid);
+  const std::array<Outline, 2> parts = halve(outline, moments(outline).centroid);
   if (std::max(parts[0].size(), parts[1].size()) > kMaxOutline) return false;
-  for (const std::vector<Vec2>& part : parts) {
+  for (const Outline& part : parts) {
     if (part.size() < 3) continue;
     Source half = source;
     half.part = true;
@@ -473,7 +465,7 @@ VisibleMask Refiner::look(const Site& receiver, const Site& source, VisibleMask 
   SegmentPacket packet;
   for (int left = lanes; left != 0; left &= left - 1) {
     const int i = std::countr_zero(unsigned(left));
-    packet.set(i, receiver.x[i / kMaxNodes], source.x[i % kMaxNodes]);
+    packet.set(i, receiver.eye[i / kMaxEyes], source.eye[i % kMaxEyes]);
   }
   counters_.rays += std::popcount(lanes);
   ++counters_.packets;
@@ -497,12 +489,12 @@ void Refiner::full_link(std::int32_t receiver, const Site& site, const Source& s
   if (!by_ray) ++counters_.links_without_rays;
 }
 
-// One node pair, drawn by a hash of the pair, stands for the whole transfer.
+// One pair of eyes, drawn by a hash of the pair, stands for the whole transfer.
 void Refiner::thin_link(std::int32_t receiver, const Site& site, const Source& source) {
   const std::uint32_t hash = mix(mix(tree_->head.patch * 0x9e3779b9u + receiver) ^
                                  mix(source.patch->head->patch * 0x85ebca6bu + source.element));
-  const Vec3& x = site.x[hash % site.nodes];
-  const Vec3& y = source.site->x[(hash >> 8) % source.site->nodes];
+  const Vec3& x = site.eye[hash % site.eyes];
+  const Vec3& y = source.site->eye[(hash >> 8) % source.site->eyes];
   const Vec3 d = y - x;
   const double cx = dot(site.normal, d), cy = -dot(source.site->normal, d);
   if (cx <= 0 || cy <= 0) return;

@@ -91,8 +91,7 @@ class Refiner {
   Variety look_through(Tube& tube, const Tube* parent, std::int32_t receiver, const Site& site,
                        const Source& source, const Kernel& open, Sight& sight);
   Variety draw(Tube& tube, const Tube* parent, const Site& r, const Site& s);
-  Sight see(std::int32_t receiver, const Site& site, const Source& source, const Kernel& open,
-            VisibleMask visible);
+  Sight see(std::int32_t receiver, const Site& site, const Source& source, const Kernel& open);
   std::optional<Sight> measure(std::int32_t receiver, const Site& r, const Site& s,
                                const Kernel& open, const Tube& tube) const;
   VisibleMask look(const Site& receiver, const Site& source, VisibleMask lanes);

@@ -57,7 +57,7 @@ SolveOptions thrown(Dice& dice) {
   if (dice.toss()) o.min_edge = dice.number();
   o.order = dice.one_of(order_names());
   if (dice.toss()) o.policy = dice.one_of<std::string>({"lru", "lookahead:7", "belady"});
-  o.basis = dice.toss() ? 1 : 2;
+  o.basis = dice.toss() ? 1 : dice.toss() ? 2 : 3;
   o.links = dice.one_of<std::string>({"keep", "discard", "auto"});
   o.seed = dice.toss() ? dice.up_to(kMost) : 0;
   if (dice.toss()) o.threads = 1 + static_cast<int>(dice.up_to(kMostThreads - 1));

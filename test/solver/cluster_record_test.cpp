@@ -46,7 +46,7 @@ void expect_equal(const PatchTree& a, const PatchTree& b) {
 }
 
 TEST(ClusterRecord, RoundTripKeepsEveryBit) {
-  for (const int order : {1, 2}) {
+  for (const int order : {1, 2, 3}) {
     std::vector<PatchTree> trees = many_trees(order);
     const Record record(42, trees);
     const ClusterView view = record.view();
@@ -121,7 +121,7 @@ TEST(ClusterRecord, RefusedWhereCountsAreWrong) {
   };
   constexpr std::uint32_t kHuge = 0xffffffff;
   EXPECT_TRUE(broken([&](auto& b) { head(b)->order = 0; }));
-  EXPECT_TRUE(broken([&](auto& b) { head(b)->order = 3; }));
+  EXPECT_TRUE(broken([&](auto& b) { head(b)->order = kMaxOrder + 1; }));
   EXPECT_TRUE(broken([&](auto& b) { head(b)->elements = kHuge; }));
   EXPECT_TRUE(broken([&](auto& b) { head(b)->patches = kHuge; }));
   EXPECT_TRUE(broken([&](auto& b) { patch(b)->first_element = kHuge; }));

@@ -128,33 +128,54 @@ TEST(Coupling, NodesAreAsGoodAsTheClosedFormBeyondFourRadii) {
   }
 }
 
-// K_ab = (1/A_r) ∫∫ φa(x) φb(y) cosθ cosθ' / πr² dy dx, by 10^4 node pairs.
-TEST(Coupling, HigherCoefficientsEqualBruteQuadrature) {
-  Patches patches(2);
-  const PatchId r = patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1.2, 0}));
-  // Aslant above it, facing down.
-  const PatchId s = patches.add(parallelogram({.2, -.3, 2}, {0, 1, .3}, {1, .1, .4}));
-  const PatchTree tr = patches.tree(r), source = patches.tree(s);
-  const Site a = make_site(tr.view(), 0), b = make_site(source.view(), 0);
-  float k[9];
-  couple(a, b, make_kernel(a, b), 2, k);
+// K_ab = (1/A_r) ∫∫ φa(x) φb(y) cosθ cosθ' / πr² dy dx, by 10^4 node pairs and more.
+void expect_brute_quadrature(const Polygon& receiver, const Polygon& source, int order,
+                             double tolerance) {
+  Patches patches(order);
+  const PatchId r = patches.add(receiver), s = patches.add(source);
+  const PatchTree tr = patches.tree(r), ts = patches.tree(s);
+  const Site a = make_site(tr.view(), 0), b = make_site(ts.view(), 0);
+  const PatchView vr = tr.view(), vs = ts.view();
+  const int n = vr.k();
+  std::vector<float> k(n * n);
+  couple(a, b, make_kernel(a, b), order, k);
   ASSERT_GT(k[0], 0.03);
-  const PatchView vr = tr.view(), vs = source.view();
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
       const auto at = [&](const Vec2& p) {
         const Vec3 x = vr.point(p);
-        const double inner = integrate(vs.polygon(source.elements[0]), 1, [&](const Vec2& q) {
+        const double inner = integrate(vs.polygon(ts.elements[0]), 1, [&](const Vec2& q) {
           const Vec3 d = vs.point(q) - x;
           const double c = dot(a.normal, d) * -dot(b.normal, d);
           return c / (std::numbers::pi * std::pow(dot(d, d), 2)) *
-                 evaluate_basis(vs.basis_of(0), source.elements[0], 2, q)[j];
+                 evaluate_basis(vs.basis_of(0), ts.elements[0], order, q)[j];
         });
-        return inner * evaluate_basis(vr.basis_of(0), tr.elements[0], 2, p)[i];
+        return inner * evaluate_basis(vr.basis_of(0), tr.elements[0], order, p)[i];
       };
       const double expected = integrate(vr.polygon(tr.elements[0]), 1, at) / tr.elements[0].area;
-      EXPECT_NEAR(k[3 * i + j], expected, 0.005 * k[0]) << i << ", " << j;
+      EXPECT_NEAR(k[n * i + j], expected, tolerance * k[0]) << i << ", " << j;
     }
+}
+
+const Polygon kFlat = parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1.2, 0});
+const Polygon kAslant = parallelogram({.2, -.3, 2}, {0, 1, .3}, {1, .1, .4});  // above, facing down
+
+TEST(Coupling, HigherCoefficientsEqualBruteQuadrature) {
+  expect_brute_quadrature(kFlat, kAslant, 2, 0.005);
+}
+
+// Nodes of degree 5 take a quartic for part of a quadratic. Of elements of radius .78, 2 apart, a
+// kernel's quartic part is some (.78 / 2)⁴ = .023 of it times its coefficient in the binomial series,
+// taken as 1/8. In a pentagon, whose nodes are of degree 2, cubics are taken for more too.
+TEST(Coupling, QuadraticCoefficientsEqualBruteQuadrature) {
+  const Polygon pentagon{{0, 0, 0}, {1, 0, 0}, {1.1, .6, 0}, {.5, 1.2, 0}, {-.1, .7, 0}};
+  const Polygon triangle{{0, 0, 2}, {.3, 1.1, 2.2}, {1, .2, 2.1}};
+  const Polygon crooked{{0, 0, 2}, {-.1, 1, 2}, {.8, 1.2, 2}, {1, .1, 2}};
+  expect_brute_quadrature(kFlat, kAslant, 3, 0.003);
+  expect_brute_quadrature(kFlat, triangle, 3, 0.003);
+  expect_brute_quadrature(kFlat, crooked, 3, 0.003);
+  expect_brute_quadrature(pentagon, triangle, 3, 0.004);
+  expect_brute_quadrature(pentagon, crooked, 3, 0.004);
 }
 
 TEST(Coupling, NothingFromBehindAndNothingWithinAPlane) {
@@ -180,16 +201,43 @@ TEST(Coupling, MasksAddUp) {
   const Kernel kernel = make_kernel(a, b);
   float all[9], none[9], some[9], rest[9];
   couple(a, b, kernel, 2, all);
-  couple(a, b, masked(a, kernel, 0), 2, none);
-  constexpr VisibleMask kSome = 0x5a1c;
-  couple(a, b, masked(a, kernel, kSome), 2, some);
-  couple(a, b, masked(a, kernel, VisibleMask(~kSome)), 2, rest);
+  constexpr VisibleMask kAll = 0xffff, kSome = 0x5a1c;
+  couple(a, b, masked(a, b, kernel, kAll, 0), 2, none);
+  couple(a, b, masked(a, b, kernel, kAll, kSome), 2, some);
+  couple(a, b, masked(a, b, kernel, kAll, VisibleMask(~kSome)), 2, rest);
   EXPECT_GT(some[0], 0);
   EXPECT_GT(rest[0], 0);
   for (int i = 0; i < 9; ++i) {
     EXPECT_EQ(none[i], 0);
     EXPECT_NEAR(some[i] + rest[i], all[i], 1e-6 * all[0]);
   }
+}
+
+// Sixteen segments between four eyes on either side stand for all node pairs: a blocker that hides
+// one half of the receiver's eyes hides about that half of its nodes, and all of it nothing else.
+TEST(Coupling, NodesSeeWhatTheEyesAboutThemSee) {
+  Patches patches(3);
+  const PatchTree r = patches.tree(patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0})));
+  const PatchTree s = patches.tree(patches.add(parallelogram({0, 0, 9}, {0, 1, 0}, {1, 0, 0})));
+  const Site a = make_site(r.view(), 0), b = make_site(s.view(), 0);
+  const Kernel open = make_kernel(a, b);
+  const VisibleMask all = facing_lanes(a, b, open);
+  ASSERT_EQ(all, 0xffff);
+  VisibleMask left = 0;
+  for (int k = 0; k < a.eyes; ++k)
+    for (int l = 0; l < b.eyes; ++l)
+      if (a.eye[k].x < 0.5) left |= lane(k, l);
+  const Kernel seen = masked(a, b, open, all, left);
+  EXPECT_NEAR(seen.mean, 0.5 * open.mean, 1e-3 * open.mean);  // the square's symmetry
+  for (int k = 0; k < seen.rows; ++k) {
+    // In the middle half; at the side nodes, three to one in the distance to the fourth power and
+    // more.
+    const double x = a.x[k].x, share = seen.row[k] / open.row[k];
+    EXPECT_NEAR(share, std::abs(x - 0.5) < 1e-9 ? 0.5 : x < 0.5 ? 1 : 0, 0.08) << k;
+  }
+  const Kernel whole = masked(a, b, open, all, all), none = masked(a, b, open, all, 0);
+  EXPECT_EQ(whole.mean, open.mean);
+  EXPECT_EQ(none.mean, 0);
 }
 
 // A floor and a ceiling of one metre, a sheet of 0.4 × 0.5 half way: a point of either sees of the
@@ -255,21 +303,24 @@ TEST(Coupling, WhatIsSeenComesFromWhereItIsSeen) {
 
 // A source cut in two sends what it sent whole, to the same basis functions of the whole.
 TEST(Coupling, PartsOfASourceAddUpToIt) {
-  Patches patches(2);
-  const PatchTree r = patches.tree(patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0})));
-  const PatchTree s = patches.tree(patches.add(parallelogram({0, 0, 3}, {0, 1, 0}, {1, 0, 0})));
-  const Site a = make_site(r.view(), 0), whole = make_site(s.view(), 0);
-  const std::span<const Vec2> o = s.view().polygon(s.elements[0]);
-  ASSERT_EQ(o.size(), 4u);
-  const Vec2 m = 0.5 * (o[0] + o[1]), n = 0.5 * (o[2] + o[3]);
-  const std::vector<Vec2> half1{o[0], m, n, o[3]}, half2{m, o[1], o[2], n};
-  float all[9], k1[9], k2[9];
-  couple(a, whole, make_kernel(a, whole), 2, all);
-  const Site p1 = make_site(s.view(), 0, half1), p2 = make_site(s.view(), 0, half2);
-  EXPECT_NEAR(p1.area, 0.5, 1e-14);
-  couple(a, p1, make_kernel(a, p1), 2, k1);
-  couple(a, p2, make_kernel(a, p2), 2, k2);
-  for (int i = 0; i < 9; ++i) EXPECT_NEAR(k1[i] + k2[i], all[i], kThousandth * all[0]) << i;
+  for (const int order : {2, 3}) {
+    Patches patches(order);
+    const PatchTree r = patches.tree(patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0})));
+    const PatchTree s = patches.tree(patches.add(parallelogram({0, 0, 3}, {0, 1, 0}, {1, 0, 0})));
+    const Site a = make_site(r.view(), 0), whole = make_site(s.view(), 0);
+    const std::span<const Vec2> o = s.view().polygon(s.elements[0]);
+    ASSERT_EQ(o.size(), 4u);
+    const Vec2 m = 0.5 * (o[0] + o[1]), n = 0.5 * (o[2] + o[3]);
+    const std::vector<Vec2> half1{o[0], m, n, o[3]}, half2{m, o[1], o[2], n};
+    const int kk = r.view().k() * r.view().k();
+    std::vector<float> all(kk), k1(kk), k2(kk);
+    couple(a, whole, make_kernel(a, whole), order, all);
+    const Site p1 = make_site(s.view(), 0, half1), p2 = make_site(s.view(), 0, half2);
+    EXPECT_NEAR(p1.area, 0.5, 1e-14);
+    couple(a, p1, make_kernel(a, p1), order, k1);
+    couple(a, p2, make_kernel(a, p2), order, k2);
+    for (int i = 0; i < kk; ++i) EXPECT_NEAR(k1[i] + k2[i], all[i], kThousandth * all[0]) << i;
+  }
 }
 
 // Coefficients are shares: a room of 1e-6 m or 1e6 m has those of one of a metre.

@@ -13,7 +13,7 @@
 namespace atrium::testing {
 namespace {
 
-constexpr int kOrders[] = {1, 2};
+constexpr int kOrders[] = {1, 2, 3};
 
 PatchTree tree_of(const Shape& shape, int order, const Paint& paint = {}) {
   Patches patches(order);
@@ -91,35 +91,62 @@ TEST(PushPull, LeavesHoldTheSumOfWhatTheirAncestorsGathered) {
   });
 }
 
-// The best linear fit to a piecewise function over the whole outline, by normal equations in
-// (1, x, y) and elimination: nothing of it is shared with the solver.
-std::array<double, 3> least_squares(const PatchTree& tree, int k, int channel) {
-  const Element& root = tree.elements[0];
-  const auto monomial = [&](const Vec2& p, int i) {
-    const Vec2 t = (p - root.centroid) / root.radius;
-    return i == 0 ? 1.0 : t[i - 1];
-  };
-  double a[3][4] = {};
+// Along an outline's longest edge.
+struct Frame2 {
+  Vec2 origin{0}, along{1, 0};
+  double length = 0, width = 0;
+};
+
+Frame2 frame_along(std::span<const Vec2> outline) {
+  Frame2 f;
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Vec2 edge = outline[(i + 1) % outline.size()] - outline[i];
+    if (length(edge) <= f.length) continue;
+    f.length = length(edge);
+    f.origin = outline[i];
+    f.along = edge / f.length;
+  }
+  for (const Vec2& p : outline) {
+    const Vec2 d = p - f.origin;
+    f.width = std::max(f.width, std::abs(f.along.x * d.y - f.along.y * d.x));
+  }
+  return f;
+}
+
+// The best polynomial fit to a piecewise function over the whole outline, by normal equations in
+// monomials along and across the outline, in units of its extents, and elimination: nothing of it
+// is shared with the solver. Its value at a point.
+double monomial(const Frame2& frame, const Vec2& p, int i) {
+  const Vec2 d = p - frame.origin;
+  const double x = dot(frame.along, d), y = frame.along.x * d.y - frame.along.y * d.x;
+  const double s = x / frame.length, t = y / frame.width;
+  return std::array{1.0, s, t, s * s, s * t, t * t}[i];
+}
+
+std::array<double, kMaxCoefficients> least_squares(const PatchTree& tree, const Frame2& frame,
+                                                   int k, int channel) {
+  double a[kMaxCoefficients][kMaxCoefficients + 1] = {};
   for (std::size_t n = 0; n < tree.elements.size(); ++n) {
     if (!tree.elements[n].leaf()) continue;
     const std::span<const Vec2> outline = tree.view().polygon(tree.elements[n]);
     for (int i = 0; i < k; ++i) {
       for (int j = 0; j < k; ++j)
-        a[i][j] +=
-            integrate(outline, 0, [&](const Vec2& p) { return monomial(p, i) * monomial(p, j); });
-      a[i][3] += integrate(outline, 0, [&](const Vec2& p) {
-        return monomial(p, i) * value_at(tree, n, p, channel);
+        a[i][j] += integrate(outline, 0, [&](const Vec2& p) {
+          return monomial(frame, p, i) * monomial(frame, p, j);
+        });
+      a[i][k] += integrate(outline, 0, [&](const Vec2& p) {
+        return monomial(frame, p, i) * value_at(tree, n, p, channel);
       });
     }
   }
   for (int i = 0; i < k; ++i)
     for (int r = i + 1; r < k; ++r) {
       const double f = a[r][i] / a[i][i];
-      for (int j = i; j < 4; ++j) a[r][j] -= f * a[i][j];
+      for (int j = i; j <= k; ++j) a[r][j] -= f * a[i][j];
     }
-  std::array<double, 3> x{};
+  std::array<double, kMaxCoefficients> x{};
   for (int i = k; i-- > 0;) {
-    x[i] = a[i][3];
+    x[i] = a[i][k];
     for (int j = i + 1; j < k; ++j) x[i] -= a[i][j] * x[j];
     x[i] /= a[i][i];
   }
@@ -133,13 +160,14 @@ TEST(PushPull, PullIsTheLeastSquaresFit) {
     grow(tree, 31);
     GatherSlots slots = random_slots(tree, dice);
     push_pull(tree, slots, {});
-    const Element& root = tree.elements[0];
+    const std::span<const Vec2> outline = tree.view().polygon(tree.elements[0]);
     const int k = tree.view().k();
+    const Frame2 frame = frame_along(outline);
     for (int c = 0; c < kChannels; ++c) {
-      const std::array<double, 3> fit = least_squares(tree, k, c);
-      for (const Vec2& p : tree.view().polygon(root)) {
-        const Vec2 t = (p - root.centroid) / root.radius;
-        const double expected = fit[0] + (k > 1 ? fit[1] * t.x + fit[2] * t.y : 0);
+      const std::array<double, kMaxCoefficients> fit = least_squares(tree, frame, k, c);
+      for (const Vec2& p : outline) {
+        double expected = 0;
+        for (int i = 0; i < k; ++i) expected += fit[i] * monomial(frame, p, i);
         EXPECT_NEAR(value_at(tree, 0, p, c), expected, 100 * rounding(shape));
       }
     }
@@ -154,8 +182,7 @@ TEST(PushPull, DetailIsTheNormOfWhatThePullLeavesOut) {
     GatherSlots slots = random_slots(tree, dice);
     push_pull(tree, slots, {});
     const auto lum = [&](std::size_t i, const Vec2& p) {
-      return luminance(
-          {value_at(tree, i, p, 0), value_at(tree, i, p, 1), value_at(tree, i, p, 2)});
+      return luminance({value_at(tree, i, p, 0), value_at(tree, i, p, 1), value_at(tree, i, p, 2)});
     };
     double rest2 = 0;
     for (std::size_t n = 0; n < tree.elements.size(); ++n) {
@@ -241,15 +268,15 @@ std::vector<double> closed(std::vector<double> g, const Closing& closing) {
 
 TEST(Closing, MissingShareComesFromTheRoom) {
   const Spectrum e{10, 20, 30}, room{100, 200, 400};
-  const std::vector<double> got = closed(
-      {e[0], e[1], e[2], 0.9}, {.how = Closing::How::kEachLeaf, .mean_radiosity = room});
+  const std::vector<double> got =
+      closed({e[0], e[1], e[2], 0.9}, {.how = Closing::How::kEachLeaf, .mean_radiosity = room});
   for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(got[c], e[c] + 0.1 * room[c], 1e-12);
 }
 
 TEST(Closing, OpenRowsAreLeftAsTheyAre) {
-  EXPECT_EQ(closed({10, 20, 30, 0.9},
-                   {.how = Closing::How::kOpen, .mean_radiosity = Spectrum{100}}),
-            (std::vector<double>{10, 20, 30}));
+  EXPECT_EQ(
+      closed({10, 20, 30, 0.9}, {.how = Closing::How::kOpen, .mean_radiosity = Spectrum{100}}),
+      (std::vector<double>{10, 20, 30}));
 }
 
 // A row that sums to four times the whole keeps a quarter of its light; one below keeps all.

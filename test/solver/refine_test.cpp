@@ -87,7 +87,7 @@ double form_factor(const Polygon& a, const Polygon& b) {
 // The error that a link may make is threshold × the mean irradiance (1 here) over √(its area's
 // share): summed in squares over links of one receiver it stays of the order of the threshold.
 TEST(Refine, UnoccludedTransfersAreFormFactors) {
-  for (const int order : {1, 2})
+  for (const int order : {1, 2, 3})
     for (const Transfer& t : {Transfer{floor_square(), ceiling_square(1), {}, order},
                               Transfer{floor_square(), ceiling_square(0.3, 0.4), {}, order},
                               Transfer{floor_square(), wall_square(), {}, order},
