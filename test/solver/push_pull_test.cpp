@@ -154,8 +154,7 @@ TEST(PushPull, DetailIsTheNormOfWhatThePullLeavesOut) {
     GatherSlots slots = random_slots(tree, dice);
     push_pull(tree, slots, {});
     const auto lum = [&](std::size_t i, const Vec2& p) {
-      return luminance(
-          {value_at(tree, i, p, 0), value_at(tree, i, p, 1), value_at(tree, i, p, 2)});
+      return luminance({value_at(tree, i, p, 0), value_at(tree, i, p, 1), value_at(tree, i, p, 2)});
     };
     double rest2 = 0;
     for (std::size_t n = 0; n < tree.elements.size(); ++n) {
@@ -229,6 +228,28 @@ TEST(PushPull, SumsAreThoseOfTheLeaves) {
   EXPECT_NEAR(again.change2, 0, 1e-20);
 }
 
+TEST(PushPull, WhatIsTakenBeyondTheGatherIsNoPartOfItsChange) {
+  const Paint paint{Spectrum{.5}, Spectrum{0}};
+  PatchTree tree = tree_of(shapes()[3], 1, paint);  // unit square, constant
+  const auto gathered = [&](double e, double over) {
+    GatherSlots slots;
+    slots.reset(1, 1);
+    for (int c = 0; c < kChannels; ++c) slots.g[c] = e;
+    return push_pull(tree, slots, {}, over);
+  };
+  gathered(8, 1);
+  const PushPullSums s = gathered(12, 1.5);  // 8 + 1.5 (12 - 8)
+  EXPECT_DOUBLE_EQ(tree.e[0], 14);
+  EXPECT_DOUBLE_EQ(s.gained[0], 6);
+  EXPECT_DOUBLE_EQ(s.beyond[0], 2);
+  EXPECT_NEAR(s.change, .5 * 4, 1e-14);
+  EXPECT_NEAR(s.change2, squared(.5 * 4), 1e-14);
+  // 14 + 1.5 (2 - 14) is below zero: the gather's own is kept.
+  const PushPullSums dark = gathered(2, 1.5);
+  EXPECT_DOUBLE_EQ(tree.e[0], 2);
+  EXPECT_DOUBLE_EQ(dark.beyond[0], 0);
+}
+
 // E of a patch of one constant element that has gathered g, row sum last.
 std::vector<double> closed(std::vector<double> g, const Closing& closing) {
   PatchTree tree = tree_of(shapes()[3], 1);
@@ -241,15 +262,15 @@ std::vector<double> closed(std::vector<double> g, const Closing& closing) {
 
 TEST(Closing, MissingShareComesFromTheRoom) {
   const Spectrum e{10, 20, 30}, room{100, 200, 400};
-  const std::vector<double> got = closed(
-      {e[0], e[1], e[2], 0.9}, {.how = Closing::How::kEachLeaf, .mean_radiosity = room});
+  const std::vector<double> got =
+      closed({e[0], e[1], e[2], 0.9}, {.how = Closing::How::kEachLeaf, .mean_radiosity = room});
   for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(got[c], e[c] + 0.1 * room[c], 1e-12);
 }
 
 TEST(Closing, OpenRowsAreLeftAsTheyAre) {
-  EXPECT_EQ(closed({10, 20, 30, 0.9},
-                   {.how = Closing::How::kOpen, .mean_radiosity = Spectrum{100}}),
-            (std::vector<double>{10, 20, 30}));
+  EXPECT_EQ(
+      closed({10, 20, 30, 0.9}, {.how = Closing::How::kOpen, .mean_radiosity = Spectrum{100}}),
+      (std::vector<double>{10, 20, 30}));
 }
 
 // A row that sums to four times the whole keeps a quarter of its light; one below keeps all.
