@@ -64,7 +64,6 @@ void PushPullSums::add(const PushPullSums& s) {
   change2 += s.change2;
   change += s.change;
   flux_in += s.flux_in;
-  light += s.light;
   gained += s.gained;
   beyond += s.beyond;
   area += s.area;
@@ -156,7 +155,6 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
     go_beyond(std::span(e, std::size_t(k) * kChannels), old, over);
     const Spectrum mean{e[0], e[1], e[2]};
     sums.beyond += x.area * (mean - gathered);
-    sums.light += x.area * mean;
     sums.gained += x.area * (mean - Spectrum{old[0], old[1], old[2]});
     sums.flux_in += x.area * luminance(mean);
     sums.area += x.area;

@@ -45,7 +45,6 @@ struct PushPullSums {
   double change = 0;      // ∫ |ΔB| dA, of leaf means
   double flux_in = 0;     // ∫ E dA, luminance, lm
   double area = 0;        // m²
-  Spectrum light{0};      // ∫ E dA, lm
   Spectrum gained{0};     // ∫ ΔE dA, lm
   Spectrum beyond{0};     // of it, what was taken beyond the gather
   Spectrum absorbed{0};   // ∫ (1-ρ) E dA
