@@ -22,41 +22,49 @@ constexpr double kOwnUnit = 1.0 / 16;
 // left to the sweeps.
 constexpr double kSolved = 1e-9;
 constexpr int kMostSteps = 500;
-// Where a sweep changes so many times as much as the one before it, the corrections reach too far.
+// Bounces that a correction looks ahead: as many as paint of ρ = .99999 asks for and a hundred
+// times more, so that white rooms find their level at once. Where a sweep changes so many times as
+// much as the one before it that was too far.
+constexpr double kFarthest = 1e7;
 constexpr double kGrows = 8, kLessReach = 8;
 // Bounces over which a measured gain is followed: it has noise, which must not grow without bound.
 constexpr double kGainsReach = 16;
-// Sweeps whose steps are mixed.
-constexpr std::size_t kDepth = 6;
 
 struct Head {
-  std::uint32_t units = 0, steps = 0;
+  std::uint64_t units = 0;
   double reach = 0, last_change = 0;
 };
 
-double cluster_area(const Model& model, const Cluster& c) {
+// m², of what takes part in the exchange of light.
+double lit_area(const Model& model, std::uint32_t patch) {
+  return model.patches[patch].inert ? 0 : area(model.polygon(model.patches[patch]));
+}
+
+double lit_area(const Model& model, const Cluster& c) {
   double sum = 0;
   for (std::uint32_t p = c.first_patch; p < c.first_patch + c.patch_count; ++p)
-    sum += area(model.polygon(model.patches[p]));
+    sum += lit_area(model, p);
   return sum;
 }
 
 }  // namespace
 
 Equilibrium::Equilibrium(const Model& model, std::span<const ClusterId> order)
-    : unit_of_patch_(model.patches.size()) {
+    : unit_of_patch_(model.patches.size()), reach_(kFarthest) {
   std::vector<std::uint32_t> place(model.clusters.size());
   for (std::size_t i = 0; i < order.size(); ++i) place[order[i].value] = std::uint32_t(i);
   for (std::size_t c = 0; c < model.clusters.size(); ++c) {
     const Cluster& cluster = model.clusters[c];
-    const double least = kOwnUnit * cluster_area(model, cluster);
+    const double least = kOwnUnit * lit_area(model, cluster);
     first_patch_.push_back(cluster.first_patch);
     first_unit_.push_back(std::uint32_t(area_.size()));
     area_.push_back(0);  // of the rest
-    for (std::uint32_t p = cluster.first_patch; p < cluster.first_patch + cluster.patch_count; ++p) {
-      const double own = area(model.polygon(model.patches[p]));
-      if (own >= least) area_.push_back(0);
-      const std::uint32_t unit = own >= least ? std::uint32_t(area_.size() - 1) : first_unit_[c];
+    for (std::uint32_t p = cluster.first_patch; p < cluster.first_patch + cluster.patch_count;
+         ++p) {
+      const double own = lit_area(model, p);
+      const bool apart = own > 0 && own >= least;
+      if (apart) area_.push_back(0);
+      const std::uint32_t unit = apart ? std::uint32_t(area_.size() - 1) : first_unit_[c];
       unit_of_patch_[p] = unit;
       area_[unit] += own;
     }
@@ -66,7 +74,7 @@ Equilibrium::Equilibrium(const Model& model, std::span<const ClusterId> order)
   first_unit_.push_back(std::uint32_t(area_.size()));
   k_.resize(units());
   change_.assign(units(), Spectrum{0});
-  mean_.assign(units(), Spectrum{0});
+  beyond_.assign(units(), Spectrum{0});
   pending_.assign(units(), Spectrum{0});
 }
 
@@ -81,15 +89,22 @@ std::vector<Spectrum> Equilibrium::pending(ClusterId cluster) const {
   return light;
 }
 
-void Equilibrium::gathered(ClusterId receiver, std::span<const Spectrum> gained,
-                           std::span<const Spectrum> light) {
+void Equilibrium::gathered(ClusterId receiver, std::span<const PatchGain> patches) {
   const std::span<const std::uint32_t> units = units_of(receiver);
-  for (const std::uint32_t u : units) change_[u] = pending_[u] = Spectrum{0};
-  for (const std::uint32_t u : units) mean_[u] = Spectrum{0};
+  for (auto* light : {&change_, &beyond_, &pending_})
+    for (const std::uint32_t u : units) (*light)[u] = Spectrum{0};
   for (std::size_t p = 0; p < units.size(); ++p) {
-    change_[units[p]] += gained[p] / area_[units[p]];
-    mean_[units[p]] += light[p] / area_[units[p]];
+    const std::uint32_t u = units[p];
+    if (!(area_[u] > 0)) continue;  // of nothing but inert patches
+    change_[u] += patches[p].gained / area_[u];
+    beyond_[u] += patches[p].beyond / area_[u];
   }
+}
+
+double Equilibrium::flux_pending() const {
+  double flux = 0;
+  for (std::size_t u = 0; u < units(); ++u) flux += area_[u] * luminance(pending_[u]);
+  return flux;
 }
 
 void Equilibrium::set_rows(const CoarseRows& rows) {
@@ -97,10 +112,11 @@ void Equilibrium::set_rows(const CoarseRows& rows) {
     const std::size_t u = rows.first_ + i;
     const double kept = rows.linked_[i] > 0 ? 1 - rows.too_much_[i] / rows.linked_[i] : 1;
     const double made_up = rows.doubt_[i] > 0 ? rows.missing_[i] / rows.doubt_[i] : 0;
-    std::vector<CoarseEntry> row = rows.rows_[i];
-    for (CoarseEntry& e : row)
-      for (int c = 0; c < kChannels; ++c)
-        e.share[c] = float((kept * e.share[c] + made_up * e.doubt[c]) / area_[u]);
+    std::vector<CoarseEntry> row;
+    for (const CoarseRows::Entry& e : rows.rows_[i]) {
+      const Spectrum share = (kept * e.share + made_up * e.doubt) / area_[u];
+      row.push_back({e.unit, {float(share[0]), float(share[1]), float(share[2])}});
+    }
     set_row(std::uint32_t(u), std::move(row));
   }
 }
@@ -129,55 +145,20 @@ void Equilibrium::solve_channel(int channel, double reach, std::span<const Spect
   for (Eigen::Index u = 0; u < n; ++u) x[u][channel] = found[u];
 }
 
-// x, of the last step's `from`, by Anderson's acceleration. [Walker & Ni 2011]
-void Equilibrium::accelerate(int channel, std::span<Spectrum> next) const {
-  const auto n = Eigen::Index(units());
-  const auto m = Eigen::Index(steps_.size()) - 1;
-  const Step& last = steps_.back();
-  Eigen::VectorXd f(n);
-  Eigen::MatrixXd df(n, m), dx(n, m);
-  for (Eigen::Index u = 0; u < n; ++u) {
-    const double w = std::sqrt(area_[u]);
-    f[u] = w * last.by[u][channel];
-    for (Eigen::Index j = 0; j < m; ++j) {
-      df(u, j) = w * (steps_[j + 1].by[u][channel] - steps_[j].by[u][channel]);
-      dx(u, j) = w * (steps_[j + 1].from[u][channel] - steps_[j].from[u][channel]);
-    }
-  }
-  Eigen::VectorXd mix = Eigen::VectorXd::Zero(m);
-  if (m > 0) mix = df.colPivHouseholderQr().solve(f);
-  const Eigen::VectorXd x = f - (dx + df) * mix;
-  for (Eigen::Index u = 0; u < n; ++u)
-    next[u][channel] = last.from[u][channel] + x[u] / std::sqrt(area_[u]);
-}
-
-void Equilibrium::forget() {
-  steps_.clear();
-  last_change_ = 0;
-}
+void Equilibrium::forget() { last_change_ = 0; }
 
 void Equilibrium::correct(double change) {
-  if (last_change_ > 0 && !(change < kGrows * last_change_)) {
+  if (last_change_ > 0 && !(change < kGrows * last_change_))
     reach_ = std::max(1.0, reach_ / kLessReach);
-    steps_.clear();
-  }
   last_change_ = change;
-  std::vector<Spectrum> residual(units(), Spectrum{0});
-  for (std::size_t u = 0; u < units(); ++u)
+  std::vector<Spectrum> residual(units());
+  for (std::size_t u = 0; u < units(); ++u) {
+    residual[u] = -beyond_[u];
     for (const CoarseEntry& e : k_[u])
       if (rank_[e.unit] >= rank_[u])
         residual[u] += Spectrum{e.share[0], e.share[1], e.share[2]} * change_[e.unit];
-  std::vector<Spectrum> x(units(), Spectrum{0});
-  for (int c = 0; c < kChannels; ++c) solve_channel(c, reach_, residual, x);
-  Step step{std::vector<Spectrum>(units()), std::vector<Spectrum>(units())};
-  for (std::size_t u = 0; u < units(); ++u) {
-    step.from[u] = mean_[u] - change_[u];
-    step.by[u] = change_[u] + x[u];
   }
-  steps_.push_back(std::move(step));
-  if (steps_.size() > kDepth + 1) steps_.erase(steps_.begin());
-  for (int c = 0; c < kChannels; ++c) accelerate(c, x);
-  for (std::size_t u = 0; u < units(); ++u) pending_[u] = x[u] - mean_[u];
+  for (int c = 0; c < kChannels; ++c) solve_channel(c, reach_, residual, pending_);
 }
 
 void Equilibrium::spread_gains() {
@@ -186,21 +167,18 @@ void Equilibrium::spread_gains() {
   for (std::size_t u = 0; u < units(); ++u) pending_[u] = x[u] - change_[u];
 }
 
-// Little endian, as in memory: Head, sizes of the rows, their entries, then by unit the mean, the
-// change and what is pending, then each step's two vectors.
+// Little endian, as in memory: Head, sizes of the rows, their entries, then by unit the
+// change, what of it went beyond, and what is pending.
 std::vector<std::byte> Equilibrium::saved() const {
   RecordOut out;
-  const Head head{std::uint32_t(units()), std::uint32_t(steps_.size()), reach_, last_change_};
+  const Head head{units(), reach_, last_change_};
   out.put(std::span(&head, 1));
   std::vector<std::uint32_t> sizes;
   for (const auto& row : k_) sizes.push_back(std::uint32_t(row.size()));
   out.put(std::span<const std::uint32_t>(sizes));
   for (const auto& row : k_) out.put(std::span<const CoarseEntry>(row));
-  for (const auto* light : {&mean_, &change_, &pending_}) out.put(std::span<const Spectrum>(*light));
-  for (const Step& step : steps_) {
-    out.put(std::span<const Spectrum>(step.from));
-    out.put(std::span<const Spectrum>(step.by));
-  }
+  for (const auto* light : {&change_, &beyond_, &pending_})
+    out.put(std::span<const Spectrum>(*light));
   return out.take();
 }
 
@@ -213,11 +191,8 @@ Status Equilibrium::restore(std::span<const std::byte> record) {
   if (!in.get(head, 1) || head[0].units != units() || !in.get(sizes, units())) return broken;
   for (std::size_t u = 0; u < units(); ++u)
     if (!in.get(k_[u], sizes[u])) return broken;
-  for (auto* light : {&mean_, &change_, &pending_})
+  for (auto* light : {&change_, &beyond_, &pending_})
     if (!in.get(*light, units())) return broken;
-  steps_.resize(std::min<std::size_t>(head[0].steps, kDepth + 1));
-  for (Step& step : steps_)
-    if (!in.get(step.from, units()) || !in.get(step.by, units())) return broken;
   if (!in.empty()) return broken;
   reach_ = head[0].reach;
   last_change_ = head[0].last_change;
@@ -242,15 +217,13 @@ void CoarseRows::add(const Braid& braid, const ClusterView& source,
   const std::span<const std::uint32_t> from = equilibrium_.units_of(braid.source);
   const std::uint32_t first = equilibrium_.first_unit_[braid.source.value];
   const std::size_t width = equilibrium_.first_unit_[braid.source.value + 1] - first;
-  std::vector<CoarseEntry> block(rows_.size() * width);
-  const auto entry = [&](const Braid::Strand& s, std::uint32_t source_patch) -> CoarseEntry& {
+  std::vector<Entry> block(rows_.size() * width);
+  const auto entry = [&](const Braid::Strand& s, std::uint32_t source_patch) -> Entry& {
     return block[(to[s.patch] - first_) * width + from[source_patch] - first];
   };
   const auto put = [&](const Braid::Strand& s, const LinkHead& link, double coupling) {
     const double f = coupling * receiver[s.patch].elements[link.receiver].area;
-    const Spectrum& rho = source.patch(link.source_patch).head->reflectance;
-    CoarseEntry& e = entry(s, link.source_patch);
-    for (int c = 0; c < kChannels; ++c) e.share[c] += float(f * rho[c]);
+    entry(s, link.source_patch).share += f * source.patch_head(link.source_patch).reflectance;
     linked_[to[s.patch] - first_] += f;
   };
   const int order = receiver.front().order;
@@ -261,18 +234,16 @@ void CoarseRows::add(const Braid& braid, const ClusterView& source,
     for (const ThinLink& t : std::span(braid.thin).subspan(s.first_thin, s.thin))
       put(s, t.ends, t.coupling);
     for (const Doubt& d : std::span(braid.doubts).subspan(s.first_doubt, s.doubts)) {
-      const Spectrum& rho = source.patch(d.source_patch).head->reflectance;
-      CoarseEntry& e = entry(s, d.source_patch);
-      for (int c = 0; c < kChannels; ++c) e.doubt[c] += float(d.weight * rho[c]);
+      entry(s, d.source_patch).doubt +=
+          double(d.weight) * source.patch_head(d.source_patch).reflectance;
       doubt_[to[s.patch] - first_] += d.weight;
     }
   }
   for (std::size_t u = 0; u < rows_.size(); ++u)
     for (std::size_t v = 0; v < width; ++v) {
-      CoarseEntry e = block[u * width + v];
+      Entry e = block[u * width + v];
       e.unit = std::uint32_t(first + v);
-      if (e.share != std::array<float, kChannels>{} || e.doubt != std::array<float, kChannels>{})
-        rows_[u].push_back(e);
+      if (e.share != Spectrum{0} || e.doubt != Spectrum{0}) rows_[u].push_back(e);
     }
 }
 

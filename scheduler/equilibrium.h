@@ -3,15 +3,20 @@
 // from far it is one number a wall, and those have an equilibrium that can be solved for at once.
 //
 // Units are the patches that make up much of their cluster, and the rest of each cluster in one.
+// Inert patches are part of none: they have no light, and would dilute the others'.
 // The matrix K holds for each pair of units what the links of this level, and the closing of their
 // rows, make of a unit's mean irradiance in another's (a Galerkin product over functions constant
-// on units). After a sweep the residual is what sources that came later have changed, carried by K;
-// (I - K) x = residual gives what is still to come, and x is pending: it is added to a unit's E
-// where it is read, and becomes part of what is stored when the unit's cluster is gathered to. So
-// the fixed point is that of the plain iteration, and the records are not passed over once more.
+// on units). After a sweep the residual is what sources that came later have changed, carried by K,
+// less what the unit's own gather was taken beyond (solver/push_pull.h); (I - K) x = residual gives
+// what is still to come, and x is pending: it is added to a unit's E where it is read, and becomes
+// part of what is stored when the unit's cluster is gathered to. So the fixed point is that of the
+// plain iteration, and the records are not passed over once more.
 //
 // Residual form, a matrix that stays: corrections from fluxes measured during a sweep oscillate
-// where paint is white. [facts/radiosity.md, stiffness]
+// where paint is white. [facts/radiosity.md, stiffness] A row of K must sum to what the unit's
+// surroundings reflect, exactly: white rooms live on the small rest of it. What is left to the
+// sweeps are modes inside of units; mixing the last sweeps' unit means (Anderson) does not see
+// them, and made things worse.
 //
 // Not thread safe, apart from reading what is pending.
 #pragma once
@@ -32,9 +37,14 @@ namespace atrium {
 
 // What K holds of one receiving unit.
 struct CoarseEntry {
-  std::uint32_t unit = 0;  // the source
+  std::uint32_t unit = 0;                // the source
   std::array<float, kChannels> share{};  // of the source's mean E, in the receiver's
-  std::array<float, kChannels> doubt{};  // m², of the form factor, × the source's reflectance
+};
+
+// What a gather made of a patch, lm.
+struct PatchGain {
+  Spectrum gained{0};  // ∫ ΔE dA
+  Spectrum beyond{0};  // of gained, what was taken beyond the gather
 };
 
 class Equilibrium;
@@ -50,11 +60,17 @@ class CoarseRows {
 
  private:
   friend class Equilibrium;
+  // Sums over links, m² × the source's reflectance: in float, white rows would miss what they
+  // absorb.
+  struct Entry {
+    std::uint32_t unit = 0;
+    Spectrum share{0}, doubt{0};  // of form factors, and their variances
+  };
   const Equilibrium& equilibrium_;
   ClusterId receiver_;
-  std::uint32_t first_ = 0;                     // of the receiver's units
-  std::vector<std::vector<CoarseEntry>> rows_;  // by unit; shares in m², not closed
-  std::vector<double> doubt_;                   // m², by unit, of all sources
+  std::uint32_t first_ = 0;                          // of the receiver's units
+  std::vector<std::vector<Entry>> rows_;             // by unit, not closed
+  std::vector<double> doubt_;                        // m², by unit, of all sources
   std::vector<double> linked_, missing_, too_much_;  // m², by unit, Σ form factor × area
 };
 
@@ -72,10 +88,10 @@ class Equilibrium {
   void set_rows(const CoarseRows& rows);
   void set_row(std::uint32_t unit, std::vector<CoarseEntry> row) { k_[unit] = std::move(row); }
   // A complete gather to a cluster: nothing is pending of it any more.
-  // gained, light: by local patch, ∫ ΔE dA and ∫ E dA, lm.
-  void gathered(ClusterId receiver, std::span<const Spectrum> gained,
-                std::span<const Spectrum> light);
+  void gathered(ClusterId receiver, std::span<const PatchGain> patches);
 
+  // lm, luminance of all that is pending.
+  double flux_pending() const;
   // After a complete sweep, which changed so much: what is still to come, as far as units tell.
   void correct(double change);
   // What was gained beside the links, by a local pass: pending is what that sends on.
@@ -92,24 +108,18 @@ class Equilibrium {
   friend class CoarseRows;
   void solve_channel(int channel, double reach, std::span<const Spectrum> residual,
                      std::span<Spectrum> x) const;
-  void accelerate(int channel, std::span<Spectrum> next) const;
 
-  std::vector<std::uint32_t> unit_of_patch_;   // by PatchId
-  std::vector<std::uint32_t> first_patch_;     // by cluster, one more at the end
-  std::vector<std::uint32_t> first_unit_;      // by cluster, one more at the end
-  std::vector<std::uint32_t> rank_;            // by unit: its cluster's place in the order
-  std::vector<double> area_;                   // m², by unit
-  std::vector<std::vector<CoarseEntry>> k_;    // rows by unit, ascending
-  std::vector<Spectrum> mean_;                 // lx, E as stored, by unit
-  std::vector<Spectrum> change_;               // lx, of this sweep, by unit
-  // Of the last sweeps, newest last: from where they began and to where sweep and correction led.
-  struct Step {
-    std::vector<Spectrum> from, by;  // lx, by unit
-  };
-  std::vector<Step> steps_;
-  double reach_ = 1000;     // bounces that a correction looks ahead
-  double last_change_ = 0;  // of this level; 0: none yet
-  std::vector<Spectrum> pending_;              // lx, by unit
+  std::vector<std::uint32_t> unit_of_patch_;  // by PatchId
+  std::vector<std::uint32_t> first_patch_;    // by cluster, one more at the end
+  std::vector<std::uint32_t> first_unit_;     // by cluster, one more at the end
+  std::vector<std::uint32_t> rank_;           // by unit: its cluster's place in the order
+  std::vector<double> area_;                  // m², by unit
+  std::vector<std::vector<CoarseEntry>> k_;   // rows by unit, ascending
+  std::vector<Spectrum> change_;              // lx, of this sweep, by unit
+  std::vector<Spectrum> beyond_;              // lx, of change_, by unit
+  double reach_;                              // bounces that a correction looks ahead
+  double last_change_ = 0;                    // of this level; 0: none yet
+  std::vector<Spectrum> pending_;             // lx, by unit
 };
 
 }  // namespace atrium

@@ -91,8 +91,9 @@ std::size_t patches_a_task(std::size_t patches) {
 
 // 3(d) Install( links in Braid(R, S, T) ).
 Braid make_braid(const GatherTask& task, const Surroundings& around, ClusterId s,
-                 const ClusterView& source, Receiver& receiver) {
-  const SourceRoots roots(source);
+                 const ClusterView& source, std::span<const Spectrum> pending,
+                 Receiver& receiver) {
+  const SourceRoots roots(source, pending);
   const std::size_t patches = receiver.trees.size(), step = patches_a_task(patches);
   std::vector<LinkSet> sets(patches);
   tbb::parallel_for(std::size_t(0), (patches + step - 1) / step, [&](std::size_t t) {
@@ -153,12 +154,12 @@ void take_pending(const Equilibrium& equilibrium, ClusterId id, Receiver& receiv
 }
 
 // 4. Invoke solver PushPull( each patch of R )
-void push_pull_all(Receiver& receiver, std::vector<PushPullSums>& sums) {
+void push_pull_all(Receiver& receiver, double over, std::vector<PushPullSums>& sums) {
   sums.resize(receiver.trees.size());
   tbb::parallel_for(std::size_t(0), receiver.trees.size(), [&](std::size_t p) {
     PatchTree& tree = receiver.trees[p];
     if (tree.head.inert) return;
-    sums[p] = push_pull(tree, receiver.slots[p], closing_of(tree, receiver.means[p]));
+    sums[p] = push_pull(tree, receiver.slots[p], closing_of(tree, receiver.means[p]), over);
   });
 }
 
@@ -170,12 +171,9 @@ void tell(Equilibrium& equilibrium, ClusterId id, const Receiver& receiver,
       rows->close(p, receiver.trees[p], closing_of(receiver.trees[p], receiver.means[p]));
     equilibrium.set_rows(*rows);
   }
-  std::vector<Spectrum> gained(sums.size()), light(sums.size());
-  for (std::size_t p = 0; p < sums.size(); ++p) {
-    gained[p] = sums[p].gained;
-    light[p] = sums[p].light;
-  }
-  equilibrium.gathered(id, gained, light);
+  std::vector<PatchGain> gains;
+  for (const PushPullSums& s : sums) gains.push_back({s.gained, s.beyond});
+  equilibrium.gathered(id, gains);
 }
 
 }  // namespace
@@ -229,13 +227,14 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
         s == task.receiver ? before : ClusterView::parse(pin.bytes());
     if (!source.ok()) return source.status();
     const double start = now();
+    const std::vector<Spectrum> pending = task.equilibrium->pending(s);
     // (c), (d) Tubes and links.
     Braid discarded;
     Braid& braid = task.linking == Linking::kMakeAndDiscard ? discarded : (*kept)[i];
     if (task.linking != Linking::kUseKept)
-      braid = make_braid(task, around, s, *source, receiver);
+      braid = make_braid(task, around, s, *source, pending, receiver);
     // (e) Gather.
-    transfer(task, *source, task.equilibrium->pending(s), braid, receiver);
+    transfer(task, *source, pending, braid, receiver);
     if (rows) rows->add(braid, *source, receiver.trees);
     report.solver_seconds += now() - start;
     report.links += braid.count();
@@ -247,7 +246,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
 
   const double start = now();
   std::vector<PushPullSums> sums;
-  push_pull_all(receiver, sums);
+  push_pull_all(receiver, task.over, sums);
   for (std::size_t p = 0; p < sums.size(); ++p) {
     report.sums.add(sums[p]);
     report.refined.add(receiver.refined[p]);

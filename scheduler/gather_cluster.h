@@ -36,6 +36,7 @@ struct GatherTask {
   Linking linking = Linking::kMakeAndDiscard;
   RefineSettings refine;
   double lamp_cap = 0;  // lm/m²: brighter sources do not stand for their room when rows are closed
+  double over = 1;      // times what the gather changes, that is taken (solver/push_pull.h)
   KeptLinks* links = nullptr;  // filled or used, by `linking`
   Equilibrium* equilibrium = nullptr;
 };

@@ -186,23 +186,20 @@ Result<GatherReport> measure_mend(ClusterStore& store, FreshGather& fresh,
   const Result<ClusterView> view = ClusterView::parse(pin->bytes());
   if (!view.ok()) return view.status();
   const std::vector<Spectrum> mends = mends_of(*view, owners, points, *found);
-  std::vector<Spectrum> gained(view->size(), Spectrum{0}), light(view->size(), Spectrum{0});
+  std::vector<PatchGain> gains(view->size());
   std::size_t at = 0;
   for (std::size_t p = 0; p < view->size(); ++p) {
     const PatchView patch = view->patch(p);
     if (patch.head->inert) continue;
-    const std::span<const double> e = patch.e_of(0);
-    light[p] = patch.head->area * Spectrum{e[0], e[1], e[2]};
     for (const Element& x : patch.elements)
       if (x.leaf()) {
-        gained[p] += x.area * mends[at];
+        gains[p].gained += x.area * mends[at];
         at += std::size_t(patch.k());
       }
-    light[p] += gained[p];
   }
   report.elements = view->head().elements;
   ATRIUM_RETURN_IF_ERROR(store.stream_out(mend_of(id), std::as_bytes(std::span(mends))));
-  equilibrium.gathered(id, gained, light);
+  equilibrium.gathered(id, gains);
   return report;
 }
 
@@ -226,7 +223,7 @@ Result<GatherReport> put_in_mend(ClusterStore& store, ClusterId id, Equilibrium&
   GatherReport report;
   std::vector<PatchTree> trees = read_record(*before);
   const std::vector<Spectrum> pending = equilibrium.pending(id);
-  std::vector<Spectrum> gained(trees.size()), light(trees.size());
+  std::vector<PatchGain> gains(trees.size());
   std::span<const Spectrum> mends = all;
   for (std::size_t p = 0; p < trees.size(); ++p) {
     report.elements += trees[p].elements.size();
@@ -236,11 +233,10 @@ Result<GatherReport> put_in_mend(ClusterStore& store, ClusterId id, Equilibrium&
     fill(trees[p], mends, slots);
     const PushPullSums sums = push_pull(trees[p], slots, Closing{});
     report.sums.add(sums);
-    gained[p] = sums.gained;
-    light[p] = sums.light;
+    gains[p] = {sums.gained, sums.beyond};
   }
   write_record(id.value, trees, edit->bytes());
-  equilibrium.gathered(id, gained, light);
+  equilibrium.gathered(id, gains);
   return report;
 }
 

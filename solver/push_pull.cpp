@@ -45,14 +45,22 @@ void close_row(std::span<double> g, const Closing& closing) {
       for (std::size_t a = 0; a < g.size(); a += kGatherChannels) g[a + c] = 0;
 }
 
+// e of a leaf, as gathered, becomes old + over (e - old), unless its mean would be negative.
+void go_beyond(std::span<double> e, const double* old, double over) {
+  if (over == 1) return;
+  for (int c = 0; c < kChannels; ++c)
+    if (old[c] + over * (e[c] - old[c]) < 0) return;
+  for (std::size_t n = 0; n < e.size(); ++n) e[n] = old[n] + over * (e[n] - old[n]);
+}
+
 }  // namespace
 
 void PushPullSums::add(const PushPullSums& s) {
   change2 += s.change2;
   change += s.change;
   flux_in += s.flux_in;
-  light += s.light;
   gained += s.gained;
+  beyond += s.beyond;
   area += s.area;
   absorbed += s.absorbed;
   reflected += s.reflected;
@@ -81,7 +89,7 @@ void hand_down(PatchTree& tree, std::int32_t parent, std::int32_t child) {
     }
 }
 
-PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing) {
+PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing, double over) {
   const PatchView v = tree.view();
   const int k = v.k();
   const std::size_t stride = std::size_t(k) * kGatherChannels;
@@ -142,8 +150,10 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
       sums.change2 += x.area * squared(luminance(rho * (now - was)));
       if (a == 0) sums.change += x.area * std::abs(luminance(rho * (now - was)));
     }
+    const Spectrum gathered{e[0], e[1], e[2]};
+    go_beyond(std::span(e, std::size_t(k) * kChannels), old, over);
     const Spectrum mean{e[0], e[1], e[2]};
-    sums.light += x.area * mean;
+    sums.beyond += x.area * (mean - gathered);
     sums.gained += x.area * (mean - Spectrum{old[0], old[1], old[2]});
     sums.flux_in += x.area * luminance(mean);
     sums.area += x.area;

@@ -2,8 +2,8 @@
 //
 // A gather leaves on every element what arrived at it across its own links. push_pull hands each
 // parent's part down to its children (exact: the child's space holds the parent's), and pulls up
-// each parent's E as the L2 projection of its children's. A fourth channel carries the form factors:
-// what E would be were every source's radiosity 1.
+// each parent's E as the L2 projection of its children's. A fourth channel carries the form
+// factors: what E would be were every source's radiosity 1.
 #pragma once
 
 #include <span>
@@ -24,9 +24,9 @@ struct GatherSlots {
   void grow(std::size_t elements, int k) { g.resize(elements * k * kGatherChannels, 0.0); }
 };
 
-// What is known of a row beside its links: how much of it must be there, and what stands in for what
-// is missing (or too much). [facts: adding the missing form factor times the room's mean radiosity
-// halves the time to 1%]
+// What is known of a row beside its links: how much of it must be there, and what stands in for
+// what is missing (or too much). [facts: adding the missing form factor times the room's mean
+// radiosity halves the time to 1%]
 struct Closing {
   enum class How {
     kOpen,        // rows stay as they are
@@ -41,21 +41,24 @@ struct Closing {
 };
 
 struct PushPullSums {
-  double change2 = 0;   // ∫ |ΔB|² dA over leaves, luminance
-  double change = 0;     // ∫ |ΔB| dA, of leaf means
-  double flux_in = 0;   // ∫ E dA, luminance, lm
-  double area = 0;      // m²
-  Spectrum light{0};     // ∫ E dA, lm
-  Spectrum gained{0};    // ∫ ΔE dA, lm
-  Spectrum absorbed{0};  // ∫ (1-ρ) E dA
+  double change2 = 0;     // ∫ |ΔB|² dA over leaves, luminance
+  double change = 0;      // ∫ |ΔB| dA, of leaf means
+  double flux_in = 0;     // ∫ E dA, luminance, lm
+  double area = 0;        // m²
+  Spectrum gained{0};     // ∫ ΔE dA, lm
+  Spectrum beyond{0};     // of it, what was taken beyond the gather
+  Spectrum absorbed{0};   // ∫ (1-ρ) E dA
   Spectrum reflected{0};  // ∫ ρ E dA
   Spectrum emitted{0};    // ∫ M dA
   Spectrum escaped{0};    // ∫ B (1 - ΣF) dA over patches that see an opening
   void add(const PushPullSums& s);
 };
 
-// Replaces the tree's E by what was gathered; `slots` is consumed.
-PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing);
+// Replaces the tree's E by what was gathered; `slots` is consumed. over: so many times
+// what the gather changes is taken, successive over-relaxation where above 1 [Young 1954], except
+// on leaves that would turn negative. change and change2 are the gather's own.
+PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing,
+                       double over = 1);
 
 // Adds the same E, lx, to all elements.
 void add_everywhere(PatchTree& tree, const Spectrum& e);

@@ -183,7 +183,8 @@ void RefineCounters::add(const RefineCounters& c) {
   links_without_rays += c.links_without_rays;
 }
 
-SourceRoots::SourceRoots(const ClusterView& source) {
+SourceRoots::SourceRoots(const ClusterView& source, std::span<const Spectrum> light)
+    : pending(light) {
   for (std::size_t p = 0; p < source.size(); ++p) {
     patches.push_back(source.patch(p));
     sites.push_back(make_site(patches.back(), 0));
@@ -193,6 +194,7 @@ SourceRoots::SourceRoots(const ClusterView& source) {
 void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out) {
   tree_ = &receiver;
   out_ = &out;
+  pending_ = source.pending;
   const Site root = make_site(receiver.view(), 0);
   for (std::size_t q = 0; q < source.patches.size(); ++q) {
     const PatchHead& head = *source.patches[q].head;
@@ -216,7 +218,9 @@ Refiner::Source Refiner::make_source(const PatchView& patch, std::uint32_t index
   s.site = &site;
   const std::span<const double> e = patch.e_of(element);
   const Spectrum& rho = patch.head->reflectance;
-  const double gathered = luminance(rho * Spectrum{e[0], e[1], e[2]});
+  Spectrum light{e[0], e[1], e[2]};
+  if (!pending_.empty()) light += pending_[index];
+  const double gathered = luminance(rho * light);
   const double assumed = luminance(rho) * settings_.ambient;
   s.radiosity = luminance(patch.head->exitance) + std::max(gathered, assumed);
   s.detail = luminance(rho) * patch.elements[element].detail;

@@ -22,19 +22,20 @@
 namespace atrium {
 
 struct RefineSettings {
-  double threshold = 0.02;       // of the weighed error of a link
-  double mean_irradiance = 1;    // lm/m², luminance over lit surfaces: the scale of errors
-  double ambient = 0;            // lm/m², irradiance assumed where nothing was gathered yet
-  double reference_area = 1;     // m², what a surface sees, in the mean
-  double min_edge = 0.0254;      // m, no element is split below it
-  double tolerance = 1e-5;       // m, the scene's
+  double threshold = 0.02;     // of the weighed error of a link
+  double mean_irradiance = 1;  // lm/m², luminance over lit surfaces: the scale of errors
+  double ambient = 0;          // lm/m², irradiance assumed where nothing was gathered yet
+  double reference_area = 1;   // m², what a surface sees, in the mean
+  double min_edge = 0.0254;    // m, no element is split below it
+  double tolerance = 1e-5;     // m, the scene's
 };
 
 // A source cluster's patches, ready to be linked to: sites of the roots and their planes.
 struct SourceRoots {
   std::vector<PatchView> patches;
   std::vector<Site> sites;
-  explicit SourceRoots(const ClusterView& source);
+  std::span<const Spectrum> pending;  // lx, by patch, to be added to E; empty: nothing is
+  explicit SourceRoots(const ClusterView& source, std::span<const Spectrum> pending = {});
   SourceRoots() = default;
 };
 
@@ -106,7 +107,8 @@ class Refiner {
   Surroundings around_;
   RefineCounters counters_;
   PatchTree* tree_ = nullptr;
-  double doubt_ = 0;  // m², of the patch pair at hand
+  std::span<const Spectrum> pending_;  // of the source at hand
+  double doubt_ = 0;                   // m², of the patch pair at hand
   LinkSet* out_ = nullptr;
   std::vector<Waiting> waiting_;
 };

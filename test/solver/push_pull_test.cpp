@@ -256,6 +256,28 @@ TEST(PushPull, SumsAreThoseOfTheLeaves) {
   EXPECT_NEAR(again.change2, 0, 1e-20);
 }
 
+TEST(PushPull, WhatIsTakenBeyondTheGatherIsNoPartOfItsChange) {
+  const Paint paint{Spectrum{.5}, Spectrum{0}};
+  PatchTree tree = tree_of(shapes()[3], 1, paint);  // unit square, constant
+  const auto gathered = [&](double e, double over) {
+    GatherSlots slots;
+    slots.reset(1, 1);
+    for (int c = 0; c < kChannels; ++c) slots.g[c] = e;
+    return push_pull(tree, slots, {}, over);
+  };
+  gathered(8, 1);
+  const PushPullSums s = gathered(12, 1.5);  // 8 + 1.5 (12 - 8)
+  EXPECT_DOUBLE_EQ(tree.e[0], 14);
+  EXPECT_DOUBLE_EQ(s.gained[0], 6);
+  EXPECT_DOUBLE_EQ(s.beyond[0], 2);
+  EXPECT_NEAR(s.change, .5 * 4, 1e-14);
+  EXPECT_NEAR(s.change2, squared(.5 * 4), 1e-14);
+  // 14 + 1.5 (2 - 14) is below zero: the gather's own is kept.
+  const PushPullSums dark = gathered(2, 1.5);
+  EXPECT_DOUBLE_EQ(tree.e[0], 2);
+  EXPECT_DOUBLE_EQ(dark.beyond[0], 0);
+}
+
 // E of a patch of one constant element that has gathered g, row sum last.
 std::vector<double> closed(std::vector<double> g, const Closing& closing) {
   PatchTree tree = tree_of(shapes()[3], 1);
