@@ -8,6 +8,7 @@
 #include "engine/squared.h"
 #include "scheduler/solution.h"
 #include "solver/coupling.h"
+#include "solver/face_groups.h"
 #include "solver/push_pull.h"
 #include "solver/sample_sequence.h"
 
@@ -239,7 +240,9 @@ Result<GatherReport> put_in_mend(ClusterStore& store, ClusterId id, Equilibrium&
     gained[p] = sums.gained;
     light[p] = sums.light;
   }
-  write_record(id.value, trees, edit->bytes());
+  GroupTree groups = read_groups(*before);
+  pull_groups(trees, groups);
+  write_record(id.value, trees, edit->bytes(), groups);
   equilibrium.gathered(id, gained, light);
   return report;
 }

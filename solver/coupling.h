@@ -17,10 +17,12 @@
 
 namespace atrium {
 
-// A place that sends or receives: an element, or a convex part of one, with its nodes in space.
-// Basis values are those of the element, wherever the part lies in it.
+// A place that sends or receives: an element, or a convex part of one, with its nodes in space; or a
+// group of faces (solver/face_groups.h), which has no outline, its `normal` only an axis. Basis values
+// are those of the element, wherever the part lies in it; a group has its mean alone.
 struct Site {
   std::array<Vec3, kMaxNodes> x;
+  std::array<Vec3, kMaxNodes> n;         // unit, at the nodes
   std::array<double, kMaxNodes> weight;  // sums to 1
   std::array<BasisValues, kMaxNodes> phi;
   int nodes = 0;
@@ -32,6 +34,7 @@ struct Site {
   int vertices = 0;
 
   std::span<const Vec3> polygon() const { return {outline.data(), std::size_t(vertices)}; }
+  bool group() const { return vertices == 0; }
 };
 
 // The site of a part of element i given by its outline in the patch's frame.
