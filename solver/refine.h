@@ -138,7 +138,7 @@ class Refiner {
   Site site_of(const Target& target, std::uint64_t seed) const;
   Site site_of(const Source& source, std::uint64_t seed) const;
   Sight see_group(const Target& target, const Source& source, const Site& r, const Site& s,
-                  const Kernel& open, std::uint64_t seed);
+                  const Kernel& open);
   void thin_group_link(const Target& target, const Source& source);
   std::uint64_t seed_of(const Target& target, const Source& source) const;
   double misfit(const Target& target, const Site& site, const Kernel& kernel) const;
