@@ -23,10 +23,10 @@ constexpr double kUnseen = 1.0 / (kRayLanes + 2);
 // Variance of a group's transfers over all its faces, from that over its nodes. [Bessel]
 constexpr double kOfSample = double(kGroupNodes) / (kGroupNodes - 1);
 
-// The root mean square error that sixteen segments leave, as kMixed and kUnsure have it for
-// elements: a group's four points are of four faces, and what hides one need not hide the next.
-// Found on an office: a half of it left 4% more error for 4% fewer links.
-constexpr double kMixedFaces = 2, kUnsureFaces = 0.16;
+// What is left open by sixteen segments, against kMixed and kUnsure of elements: a group's four
+// points are of four faces, and what hides one need not hide the next. Found on an office: half of
+// it left 4% more error for 4% fewer links. Which end goes down is not asked of it.
+constexpr double kApart = 4;
 // What else a group gets wrong, relative to what its nodes differ by: it goes up and down from face
 // to face. Found likewise: 1 took 3% more links for no less error.
 constexpr double kUneven = 0.6;
@@ -166,9 +166,10 @@ void Refiner::descend_group(const Target& target, const Source& source) {
   const double sending = std::sqrt(squared(variation) + squared(drawn));
   const double shadow = source.radiosity * sight.shadow;
   const double near = close && target.group && source.group ? kInterlaced * open.mean : 0;
-  const double error = std::max(
-      std::sqrt(squared(kUneven) * (squared(receiving) + squared(sending)) + squared(shadow)),
-      source.radiosity * near);
+  const double error =
+      std::max(std::sqrt(squared(kUneven) * (squared(receiving) + squared(sending)) +
+                         squared(kApart * shadow)),
+               source.radiosity * near);
   const double arriving = source.radiosity * darkest_row(sight.seen);
 
   if (error * weight(target, arriving) > settings_.threshold) {
@@ -206,7 +207,7 @@ Refiner::Sight Refiner::see_group(const Target& target, const Source& source, co
       const Kernel other = make_kernel(r2, s2);
       if (other.mean > 0) v = 0.5 * (v + seen_share(r2, other, look(r2, s2, facing_lanes(other))));
     }
-    sight.shadow = std::max(kUnsureFaces, kMixedFaces * std::sqrt(v * (1 - v))) * open.mean;
+    sight.shadow = std::max(kUnsure, kMixed * std::sqrt(v * (1 - v))) * open.mean;
   }
   sight.misfit = misfit(target, r, sight.seen);
   double drawn2 = 0;
