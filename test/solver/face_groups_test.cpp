@@ -236,10 +236,10 @@ TEST(GroupLinks, TilesExchangeWhatTheirSquareDoesForFewerLinks) {
     add_tiles(ceiling, 10, 10, height, false);
     const double exact = form_factor(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}),
                                      parallelogram({0, 0, height}, {0, 1, 0}, {1, 0, 0}));
-    constexpr double kThreshold = 0.002;
+    constexpr double kThreshold = 0.0005;
     const Exchange grouped = exchange(floor, ceiling, 2, kThreshold);
     const Exchange apart = exchange(floor, ceiling, kNever, kThreshold);
-    EXPECT_NEAR(grouped.mean(), exact, 0.02 * exact);
+    EXPECT_NEAR(grouped.mean(), exact, 3 * kThreshold);
     EXPECT_LT(10 * grouped.links, apart.links) << height;
   }
 }
