@@ -34,7 +34,7 @@ double kernel_at(const Vec3& x, const Vec3& nx, const Vec3& y, const Vec3& ny, d
   const double cx = dot(nx, d), cy = -dot(ny, d);
   if (cx <= 0 || cy <= 0) return 0;
   const double d2 = dot(d, d);
-  return cx * cy / (d2 * (std::numbers::pi * d2 + area));
+  return cx * cy / (d2 * std::max(std::numbers::pi * d2, area));
 }
 
 double fill_row_of_group(const Vec3& x, const Vec3& n, const Site& source,
