@@ -1,5 +1,6 @@
 #include "engine/cluster_record.h"
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 
@@ -64,6 +65,21 @@ class Writer {
   std::span<std::byte> out_;
 };
 
+// Do groups hold groups that come after them, and members and patches that there are?
+bool whole(const GroupView& v, std::size_t patches) {
+  for (std::size_t i = 0; i < v.groups.size(); ++i) {
+    const FaceGroup& g = v.groups[i];
+    if (g.member_count < 2 || std::size_t(g.first_member) + g.member_count > v.members.size())
+      return false;
+    for (const std::int32_t c : g.child)
+      if (c < 0 ? std::size_t(~c) >= patches
+                : std::size_t(c) <= i || std::size_t(c) >= v.groups.size())
+        return false;
+  }
+  return std::ranges::all_of(v.members,
+                             [&](const GroupMember& m) { return m.patch < patches; });
+}
+
 template <class T>
 std::vector<T> copy(std::span<const T> s) {
   return std::vector<T>(s.begin(), s.end());
@@ -96,12 +112,15 @@ Result<ClusterView> ClusterView::parse(std::span<const std::byte> bytes) {
   v.contacts_ = sections.take<Segment2>(h.contacts);
   v.e_ = sections.take<double>(std::size_t(h.elements) * coefficient_count(order) * kChannels);
   v.basis_ = sections.take<double>(std::size_t(h.elements) * triangle_count(order));
+  v.groups_ = sections.take<FaceGroup>(h.groups);
+  v.members_ = sections.take<GroupMember>(h.members);
   if (!sections.ok()) return broken("shorter than its sections");
   for (const PatchHead& p : v.patches_)
     if (std::size_t(p.first_element) + p.element_count > h.elements ||
         std::size_t(p.first_vertex) + p.vertex_count > h.vertices ||
         std::size_t(p.first_contact) + p.contact_count > h.contacts || p.element_count == 0)
       return broken("a patch reaches out of it");
+  if (!whole(v.groups(), h.patches)) return broken("a group reaches out of it");
   return v;
 }
 
@@ -121,13 +140,14 @@ std::span<const Segment2> ClusterView::contacts(std::size_t p) const {
   return contacts_.subspan(patches_[p].first_contact, patches_[p].contact_count);
 }
 
-std::size_t record_bytes(std::span<const PatchTree> trees) {
-  std::size_t bytes = sizeof(ClusterHead);
+std::size_t record_bytes(std::span<const PatchTree> trees, const GroupTree& groups) {
+  std::size_t bytes = sizeof(ClusterHead) + groups.bytes();
   for (const PatchTree& t : trees) bytes += t.bytes();
   return bytes;
 }
 
-void write_record(std::uint32_t cluster, std::span<PatchTree> trees, std::span<std::byte> out) {
+void write_record(std::uint32_t cluster, std::span<PatchTree> trees, std::span<std::byte> out,
+                  const GroupTree& groups) {
   const Counts total = count(trees);
   ClusterHead head;
   head.cluster = cluster;
@@ -136,6 +156,8 @@ void write_record(std::uint32_t cluster, std::span<PatchTree> trees, std::span<s
   head.elements = static_cast<std::uint32_t>(total.elements);
   head.vertices = static_cast<std::uint32_t>(total.vertices);
   head.contacts = static_cast<std::uint32_t>(total.contacts);
+  head.groups = static_cast<std::uint32_t>(groups.groups.size());
+  head.members = static_cast<std::uint32_t>(groups.members.size());
   Counts at;
   for (PatchTree& t : trees) {
     t.head.first_element = static_cast<std::uint32_t>(at.elements);
@@ -159,6 +181,8 @@ void write_record(std::uint32_t cluster, std::span<PatchTree> trees, std::span<s
   for (const PatchTree& t : trees) w.put(std::span<const Segment2>(t.contacts));
   for (const PatchTree& t : trees) w.put(std::span<const double>(t.e));
   for (const PatchTree& t : trees) w.put(std::span<const double>(t.basis));
+  w.put(std::span<const FaceGroup>(groups.groups));
+  w.put(std::span<const GroupMember>(groups.members));
   ATRIUM_CHECK(w.full());
 }
 
@@ -170,6 +194,10 @@ std::vector<PatchTree> read_record(const ClusterView& view) {
                 copy(v.elements), copy(v.vertices), copy(view.contacts(p)), copy(v.e), copy(v.basis)};
   }
   return trees;
+}
+
+GroupTree read_groups(const ClusterView& view) {
+  return {copy(view.groups().groups), copy(view.groups().members)};
 }
 
 }  // namespace atrium

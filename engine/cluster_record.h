@@ -2,12 +2,14 @@
 // in place where the arena holds it; the layout byte by byte is in pagestore/FORMAT.md.
 //
 //   ClusterHead | PatchHead × patches | Element × elements | vertices | contacts |
-//   E: double[elements][K][3] | basis: double[elements][T]
+//   E: double[elements][K][3] | basis: double[elements][T] |
+//   FaceGroup × groups | GroupMember × members
 //
 // Invariants:
 //  1. A patch's elements, vertices and contacts are contiguous; indices inside are patch-local.
 //  2. Element 0 of a patch is its root; children stand behind their parent, in pairs.
-//  3. A view never outlives the pin of the record it looks at.
+//  3. What groups hold of light is of the elements beside them (solver/face_groups.h).
+//  4. A view never outlives the pin of the record it looks at.
 // Views are read-only and may be shared by threads.
 #pragma once
 
@@ -17,6 +19,7 @@
 #include <vector>
 
 #include "engine/element.h"
+#include "engine/face_group.h"
 #include "engine/geometry.h"
 #include "engine/status.h"
 
@@ -26,7 +29,7 @@ struct ClusterHead {
   std::uint32_t cluster = 0;
   std::uint32_t order = 0;  // of the basis
   std::uint32_t patches = 0, elements = 0, vertices = 0, contacts = 0;
-  std::uint64_t reserved = 0;
+  std::uint32_t groups = 0, members = 0;
   Box bounds;
 };
 static_assert(std::is_trivially_copyable_v<ClusterHead> && sizeof(ClusterHead) == 80);
@@ -77,6 +80,7 @@ class ClusterView {
   const PatchHead& patch_head(std::size_t p) const { return patches_[p]; }
   PatchView patch(std::size_t p) const;
   std::span<const Segment2> contacts(std::size_t p) const;
+  GroupView groups() const { return {groups_, members_}; }
 
  private:
   const ClusterHead* head_ = nullptr;
@@ -85,13 +89,17 @@ class ClusterView {
   std::span<const Vec2> vertices_;
   std::span<const Segment2> contacts_;
   std::span<const double> e_, basis_;
+  std::span<const FaceGroup> groups_;
+  std::span<const GroupMember> members_;
 };
 
-// Bytes of a record with these trees.
-std::size_t record_bytes(std::span<const PatchTree> trees);
-// Writes the record; `out` has record_bytes(trees) bytes. Sets the trees' first_* and counts.
-void write_record(std::uint32_t cluster, std::span<PatchTree> trees, std::span<std::byte> out);
+// Bytes of a record with these trees and groups.
+std::size_t record_bytes(std::span<const PatchTree> trees, const GroupTree& groups = {});
+// Writes the record; `out` has record_bytes bytes. Sets the trees' first_* and counts.
+void write_record(std::uint32_t cluster, std::span<PatchTree> trees, std::span<std::byte> out,
+                  const GroupTree& groups = {});
 // Takes the trees out of a record: the inverse of write_record.
 std::vector<PatchTree> read_record(const ClusterView& view);
+GroupTree read_groups(const ClusterView& view);
 
 }  // namespace atrium

@@ -16,8 +16,6 @@ namespace {
 
 using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
-// A patch that is at least this share of its cluster is a unit of its own.
-constexpr double kOwnUnit = 1.0 / 16;
 // Relative residual to which the coarse system is solved, and steps at most: what is left of it is
 // left to the sweeps.
 constexpr double kSolved = 1e-9;
@@ -55,7 +53,7 @@ Equilibrium::Equilibrium(const Model& model, std::span<const ClusterId> order)
   for (std::size_t i = 0; i < order.size(); ++i) place[order[i].value] = std::uint32_t(i);
   for (std::size_t c = 0; c < model.clusters.size(); ++c) {
     const Cluster& cluster = model.clusters[c];
-    const double least = kOwnUnit * lit_area(model, cluster);
+    const double least = kLargeShare * lit_area(model, cluster);
     first_patch_.push_back(cluster.first_patch);
     first_unit_.push_back(std::uint32_t(area_.size()));
     area_.push_back(0);  // of the rest
@@ -212,19 +210,37 @@ CoarseRows::CoarseRows(const Equilibrium& equilibrium, ClusterId receiver)
 }
 
 void CoarseRows::add(const Braid& braid, const ClusterView& source,
-                     std::span<const PatchTree> receiver) {
+                     std::span<const PatchTree> receiver, const GroupView& groups) {
   const std::span<const std::uint32_t> to = equilibrium_.units_of(receiver_);
   const std::span<const std::uint32_t> from = equilibrium_.units_of(braid.source);
   const std::uint32_t first = equilibrium_.first_unit_[braid.source.value];
   const std::size_t width = equilibrium_.first_unit_[braid.source.value + 1] - first;
   std::vector<Entry> block(rows_.size() * width);
+  // A group is of the unit that its patches are of.
+  const auto row_of = [&](const Braid::Strand& s) -> std::size_t {
+    if (s.patch < to.size()) return to[s.patch] - first_;
+    return to[groups.any_patch(groups.groups[s.patch - to.size()])] - first_;
+  };
   const auto entry = [&](const Braid::Strand& s, std::uint32_t source_patch) -> Entry& {
-    return block[(to[s.patch] - first_) * width + from[source_patch] - first];
+    const GroupView of = source.groups();
+    const std::uint32_t patch = source_patch < from.size()
+                                    ? source_patch
+                                    : of.any_patch(of.groups[source_patch - from.size()]);
+    return block[row_of(s) * width + from[patch] - first];
+  };
+  const auto area_of = [&](const Braid::Strand& s, const LinkHead& link) {
+    return s.patch < to.size() ? receiver[s.patch].elements[link.receiver].area
+                               : groups.groups[s.patch - to.size()].area;
+  };
+  const auto reflectance_of = [&](std::uint32_t source_patch) -> const Spectrum& {
+    return source_patch < from.size()
+               ? source.patch_head(source_patch).reflectance
+               : source.groups().groups[source_patch - from.size()].reflectance;
   };
   const auto put = [&](const Braid::Strand& s, const LinkHead& link, double coupling) {
-    const double f = coupling * receiver[s.patch].elements[link.receiver].area;
-    entry(s, link.source_patch).share += f * source.patch_head(link.source_patch).reflectance;
-    linked_[to[s.patch] - first_] += f;
+    const double f = coupling * area_of(s, link);
+    entry(s, link.source_patch).share += f * reflectance_of(link.source_patch);
+    linked_[row_of(s)] += f;
   };
   const int order = receiver.front().order;
   const std::size_t k2 = std::size_t(coefficient_count(order)) * coefficient_count(order);
@@ -234,9 +250,8 @@ void CoarseRows::add(const Braid& braid, const ClusterView& source,
     for (const ThinLink& t : std::span(braid.thin).subspan(s.first_thin, s.thin))
       put(s, t.ends, t.coupling);
     for (const Doubt& d : std::span(braid.doubts).subspan(s.first_doubt, s.doubts)) {
-      entry(s, d.source_patch).doubt +=
-          double(d.weight) * source.patch_head(d.source_patch).reflectance;
-      doubt_[to[s.patch] - first_] += d.weight;
+      entry(s, d.source_patch).doubt += double(d.weight) * reflectance_of(d.source_patch);
+      doubt_[row_of(s)] += d.weight;
     }
   }
   for (std::size_t u = 0; u < rows_.size(); ++u)

@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "engine/cluster_record.h"
+#include "engine/face_group.h"
 #include "engine/model.h"
 #include "engine/status.h"
 #include "solver/link.h"
@@ -54,7 +55,8 @@ class CoarseRows {
  public:
   CoarseRows(const Equilibrium& equilibrium, ClusterId receiver);
   // The braid's sources come in ascending order.
-  void add(const Braid& braid, const ClusterView& source, std::span<const PatchTree> receiver);
+  void add(const Braid& braid, const ClusterView& source, std::span<const PatchTree> receiver,
+           const GroupView& groups = {});
   // How a patch's row is closed: after all sources.
   void close(std::size_t patch, const PatchTree& tree, const Closing& closing);
 

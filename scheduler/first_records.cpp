@@ -6,6 +6,7 @@
 #include "scheduler/blocker_record.h"
 #include "scheduler/run_model.h"
 #include "solver/element_tree.h"
+#include "solver/face_groups.h"
 
 namespace atrium {
 
@@ -36,8 +37,9 @@ Status write_first_records(const Prepared& prepared, int basis, ClusterStore& st
     std::vector<PatchTree> trees;
     for (std::uint32_t i = 0; i < cluster.patch_count; ++i)
       trees.push_back(plant(model, prepared.scene, PatchId(cluster.first_patch + i), basis));
-    std::vector<std::byte> bytes(record_bytes(trees));
-    write_record(static_cast<std::uint32_t>(c), trees, bytes);
+    const GroupTree groups = plant_groups(trees, prepared.plan.dense);
+    std::vector<std::byte> bytes(record_bytes(trees, groups));
+    write_record(static_cast<std::uint32_t>(c), trees, bytes, groups);
     ATRIUM_RETURN_IF_ERROR(store.create_record(record_id(RecordKind::kCluster, c), bytes));
     ATRIUM_RETURN_IF_ERROR(
         store.create_record(record_id(RecordKind::kBlockers, c), write_blockers(model, cluster)));

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "engine/stopwatch.h"
+#include "solver/face_groups.h"
 #include "solver/form_factor.h"
 
 namespace atrium {
@@ -16,16 +17,29 @@ namespace {
 // R as installed into the working set.
 struct Receiver {
   std::vector<PatchTree> trees;
-  std::vector<GatherSlots> slots;
+  GroupTree groups;
+  std::vector<Element> as_elements;  // the groups, of which only their area counts
+  std::vector<GatherSlots> slots;    // of the patches, then of the groups; so all that follow
   std::vector<RowMean> means;
   std::vector<RefineCounters> refined;
 
-  explicit Receiver(const ClusterView& view) : trees(read_record(view)) {
-    slots.resize(trees.size());
-    means.resize(trees.size());
-    refined.resize(trees.size());
+  explicit Receiver(const ClusterView& view)
+      : trees(read_record(view)),
+        groups(read_groups(view)),
+        as_elements(groups.groups.size()),
+        slots(trees.size() + groups.groups.size()),
+        means(slots.size()),
+        refined(slots.size()) {
     for (std::size_t p = 0; p < trees.size(); ++p)
       slots[p].reset(trees[p].elements.size(), trees[p].view().k());
+    for (std::size_t g = 0; g < as_elements.size(); ++g) {
+      slots[trees.size() + g].reset(1, trees[0].view().k());
+      as_elements[g].area = groups.groups[g].area;
+    }
+  }
+  std::span<const Element> elements_of(std::uint32_t patch) const {
+    if (patch < trees.size()) return trees[patch].elements;
+    return std::span(as_elements).subspan(patch - trees.size(), 1);
   }
   std::uint64_t elements() const {
     std::uint64_t n = 0;
@@ -89,25 +103,43 @@ std::size_t patches_a_task(std::size_t patches) {
   return std::clamp(patches / kTasks, std::size_t(1), kMost);
 }
 
+// Where receiving begins: groups that are part of no other, and patches in no group.
+std::vector<std::uint32_t> receiving_roots(const Receiver& receiver) {
+  std::vector<bool> grouped(receiver.trees.size(), false);
+  for (const GroupMember& m : receiver.groups.members) grouped[m.patch] = true;
+  std::vector<std::uint32_t> roots;
+  for (std::size_t p = 0; p < grouped.size(); ++p)
+    if (!grouped[p] && !receiver.trees[p].head.inert) roots.push_back(std::uint32_t(p));
+  for (std::size_t g = 0; g < receiver.groups.groups.size(); ++g)
+    if (!receiver.groups.groups[g].inner) roots.push_back(std::uint32_t(grouped.size() + g));
+  return roots;
+}
+
 // 3(d) Install( links in Braid(R, S, T) ).
 Braid make_braid(const GatherTask& task, const Surroundings& around, ClusterId s,
                  const ClusterView& source, std::span<const Spectrum> pending,
                  Receiver& receiver) {
-  const SourceRoots roots(source, pending);
-  const std::size_t patches = receiver.trees.size(), step = patches_a_task(patches);
-  std::vector<LinkSet> sets(patches);
-  tbb::parallel_for(std::size_t(0), (patches + step - 1) / step, [&](std::size_t t) {
+  const SourceRoots from(source, pending);
+  const std::size_t patches = receiver.trees.size();
+  const std::vector<std::uint32_t> roots = receiving_roots(receiver);
+  const std::size_t step = patches_a_task(roots.size());
+  std::vector<LinkSet> sets(receiver.slots.size());
+  const GroupReceiver grouped{receiver.trees, receiver.groups.view(), sets};
+  tbb::parallel_for(std::size_t(0), (roots.size() + step - 1) / step, [&](std::size_t t) {
     Refiner refiner(task.refine, around);
-    const std::size_t end = std::min(patches, (t + 1) * step);
-    for (std::size_t p = t * step; p < end; ++p) {
-      PatchTree& tree = receiver.trees[p];
-      if (tree.head.inert) continue;
-      refiner.link(tree, roots, sets[p]);
-      receiver.slots[p].grow(tree.elements.size(), tree.view().k());
+    const std::size_t end = std::min(roots.size(), (t + 1) * step);
+    for (std::size_t i = t * step; i < end; ++i) {
+      const std::uint32_t root = roots[i];
+      if (root < patches)
+        refiner.link(receiver.trees[root], from, sets[root]);
+      else
+        refiner.link(grouped, root - std::uint32_t(patches), from);
     }
     refiner.flush();
     receiver.refined[t * step].add(refiner.counters());
   });
+  for (std::size_t p = 0; p < patches; ++p)
+    receiver.slots[p].grow(receiver.trees[p].elements.size(), receiver.trees[p].view().k());
   return plait(s, sets);
 }
 
@@ -117,9 +149,8 @@ void transfer(const GatherTask& task, const ClusterView& source,
   constexpr std::size_t kWorthSharing = 512;  // links
   const auto strand = [&](std::size_t i) {
     const Braid::Strand& s = braid.strands[i];
-    const PatchTree& tree = receiver.trees[s.patch];
-    gather(braid, s, source, pending, tree.order, tree.elements, task.lamp_cap, receiver.slots[s.patch],
-           receiver.means[s.patch]);
+    gather(braid, s, source, pending, receiver.trees[0].order, receiver.elements_of(s.patch),
+           task.lamp_cap, receiver.slots[s.patch], receiver.means[s.patch]);
   };
   if (braid.count() < kWorthSharing)
     for (std::size_t i = 0; i < braid.strands.size(); ++i) strand(i);
@@ -235,7 +266,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
       braid = make_braid(task, around, s, *source, pending, receiver);
     // (e) Gather.
     transfer(task, *source, pending, braid, receiver);
-    if (rows) rows->add(braid, *source, receiver.trees);
+    if (rows) rows->add(braid, *source, receiver.trees, receiver.groups.view());
     report.solver_seconds += now() - start;
     report.links += braid.count();
     report.link_bytes += braid.bytes();
@@ -246,11 +277,11 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
 
   const double start = now();
   std::vector<PushPullSums> sums;
+  push_groups(receiver.groups.view(), receiver.trees, receiver.slots, receiver.means);
   push_pull_all(receiver, task.over, sums);
-  for (std::size_t p = 0; p < sums.size(); ++p) {
-    report.sums.add(sums[p]);
-    report.refined.add(receiver.refined[p]);
-  }
+  pull_groups(receiver.trees, receiver.groups);
+  for (const PushPullSums& s : sums) report.sums.add(s);
+  for (const RefineCounters& c : receiver.refined) report.refined.add(c);
   report.solver_seconds += now() - start;
 
   // What may fail comes before R changes: a gather is done wholly or not at all.
@@ -259,9 +290,9 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
 
   // 5. Extract R, 6. SetDirty, 7. Release.
   report.elements = receiver.elements();
-  const std::size_t bytes = record_bytes(receiver.trees);
+  const std::size_t bytes = record_bytes(receiver.trees, receiver.groups);
   ATRIUM_RETURN_IF_ERROR(edit->resize(bytes));
-  write_record(task.receiver.value, receiver.trees, edit->bytes());
+  write_record(task.receiver.value, receiver.trees, edit->bytes(), receiver.groups);
   tell(*task.equilibrium, task.receiver, receiver, sums, rows ? &*rows : nullptr);
 
   report.working_set_elements = report.elements + largest_source;

@@ -8,6 +8,7 @@
 #include "engine/squared.h"
 #include "scheduler/solution.h"
 #include "solver/coupling.h"
+#include "solver/face_groups.h"
 #include "solver/push_pull.h"
 #include "solver/sample_sequence.h"
 
@@ -235,7 +236,9 @@ Result<GatherReport> put_in_mend(ClusterStore& store, ClusterId id, Equilibrium&
     report.sums.add(sums);
     gains[p] = {sums.gained, sums.beyond};
   }
-  write_record(id.value, trees, edit->bytes());
+  GroupTree groups = read_groups(*before);
+  pull_groups(trees, groups);
+  write_record(id.value, trees, edit->bytes(), groups);
   equilibrium.gathered(id, gains);
   return report;
 }

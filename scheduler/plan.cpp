@@ -43,8 +43,10 @@ LightScale measure_light(const Scene& scene, const Model& model) {
 }
 
 // One record of a cluster before any element is split: what an arena must hold at the least.
-std::size_t first_record_bytes(const Model& model, const Cluster& c, int order) {
+std::size_t first_record_bytes(const Model& model, const Cluster& c, int order,
+                               std::uint64_t dense) {
   std::size_t bytes = sizeof(ClusterHead);
+  if (c.patch_count >= dense) bytes += c.patch_count * (sizeof(FaceGroup) + sizeof(GroupMember));
   for (std::uint32_t i = 0; i < c.patch_count; ++i) {
     const std::uint32_t id = c.first_patch + i;
     bytes += sizeof(PatchHead) + sizeof(Element) +
@@ -55,6 +57,36 @@ std::size_t first_record_bytes(const Model& model, const Cluster& c, int order) 
   return bytes;
 }
 
+// Small patches from which on a cluster is dense: fewer make about as many links by themselves.
+constexpr std::uint64_t kDense = 24;
+// Where groups are asked for: any two patches.
+constexpr std::uint64_t kFewest = 2;
+
+// As solver/face_groups.cpp will find them.
+std::uint64_t small_patches(const Prepared& p, const Cluster& c) {
+  double whole = 0;
+  for (std::uint32_t i = 0; i < c.patch_count; ++i) {
+    const Patch& patch = p.model.patches[c.first_patch + i];
+    whole += patch.inert ? 0 : area(p.model.polygon(patch));
+  }
+  std::uint64_t count = 0;
+  for (std::uint32_t i = 0; i < c.patch_count; ++i) {
+    const Patch& patch = p.model.patches[c.first_patch + i];
+    const bool dark = p.scene.materials[patch.material.value].exitance == Spectrum{0};
+    count += dark && !patch.inert && area(p.model.polygon(patch)) < kLargeShare * whole;
+  }
+  return count;
+}
+
+void plan_groups(const SolveOptions& options, const Prepared& p, Plan& plan) {
+  plan.dense = forces(options, kGroups) ? kFewest : kDense;
+  for (const Cluster& c : p.model.clusters)
+    if (small_patches(p, c) >= plan.dense) return;
+  plan.left_out.push_back(
+      {kGroups, "no cluster has " + std::to_string(plan.dense) +
+                    " small patches or more that could stand for one another"});
+}
+
 // The largest cluster's record, one of many small patches, grows by less than this factor from its first
 // form to a solution of a few percent. Where it grows by more, the store says so and what would do.
 constexpr std::size_t kGrowth = 3;
@@ -62,7 +94,7 @@ constexpr std::size_t kGrowth = 3;
 void plan_memory(const SolveOptions& options, const Model& model, Plan& plan) {
   std::size_t largest = kRunModelPiece;
   for (const Cluster& c : model.clusters)
-    largest = std::max(largest, first_record_bytes(model, c, options.basis) * kGrowth);
+    largest = std::max(largest, first_record_bytes(model, c, options.basis, plan.dense) * kGrowth);
   std::size_t in_core = model.vertices.size() * sizeof(Vec3) +
                         model.patches.size() * sizeof(Patch) +
                         model.visible.items.size() * sizeof(ClusterId) +
@@ -84,7 +116,7 @@ void plan_disk(const SolveOptions& options, const Model& model, Plan& plan) {
                         model.patches.size() * sizeof(Patch) +
                         model.visible.items.size() * sizeof(ClusterId);
   for (const Cluster& c : model.clusters)
-    first += ClusterStore::arena_cost(first_record_bytes(model, c, options.basis)) + kGranule;
+    first += ClusterStore::arena_cost(first_record_bytes(model, c, options.basis, plan.dense)) + kGranule;
   plan.smallest_disk = first;
   plan.disk = static_cast<std::uint64_t>(
       static_cast<double>(plan.smallest_disk) +
@@ -153,9 +185,10 @@ Status validate(const SolveOptions& o) {
   if (!(o.checkpoint_every > 0))
     return refuse("--checkpoint-every", "not above 0", "try 10min");
   for (const std::string& feature : o.force)
-    if (feature != kRays)
+    if (feature != kRays && feature != kGroups)
       return refuse("--force", feature + " can not be forced",
-                    "use rays, which are left out in convex empty rooms");
+                    "use rays, which are left out in convex empty rooms, or groups, where no "
+                    "cluster has many small patches");
   return {};
 }
 
@@ -185,6 +218,7 @@ Result<Prepared> prepare(const SolveOptions& options) {
   constexpr double kSmallestEdge = 1.0 / 3000;
   plan.min_edge =
       options.min_edge > 0 ? options.min_edge : kSmallestEdge * std::sqrt(p.light.reference_area);
+  plan_groups(options, p, plan);
   plan_memory(options, p.model, plan);
   plan_disk(options, p.model, plan);
   plan_left_out(options, p, plan);

@@ -101,6 +101,7 @@ struct Plan {
   std::uint64_t disk = 0, smallest_disk = 0;  // bytes: an estimate; without which it cannot begin
   double mean_irradiance_guess = 0;   // lx
   double min_edge = 0;                // m
+  std::uint64_t dense = 0;  // small patches from which on a cluster has face groups
   std::vector<LeftOut> left_out;
   std::vector<NamedGap> closed_gaps;  // the widest first
   std::vector<std::string> warnings;

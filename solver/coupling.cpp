@@ -29,9 +29,30 @@ double kernel_at(const Vec3& x, const Vec3& nx, const Vec3& y, const Vec3& ny) {
   return cx * cy / (std::numbers::pi * d2 * d2);
 }
 
+// The same of a group's node, which stands for faces of this area: never more than 1.
+double kernel_at(const Vec3& x, const Vec3& nx, const Vec3& y, const Vec3& ny, double area) {
+  const Vec3 d = y - x;
+  const double cx = dot(nx, d), cy = -dot(ny, d);
+  if (cx <= 0 || cy <= 0) return 0;
+  const double d2 = dot(d, d);
+  return cx * cy / (d2 * std::max(std::numbers::pi * d2, area));
+}
+
+double fill_row_of_group(const Vec3& x, const Vec3& n, const Site& source,
+                         std::array<double, kMaxNodes>& row) {
+  double sum = 0;
+  for (int l = 0; l < source.nodes; ++l) {
+    const double area = source.area * source.weight[l];
+    row[l] = area * kernel_at(x, n, source.x[l], source.n[l], area);
+    sum += row[l];
+  }
+  return sum;
+}
+
 // One receiver point against all source nodes; returns the row's sum.
 double fill_row(const Vec3& x, const Vec3& n, const Site& source,
                 std::array<double, kMaxNodes>& row) {
+  if (source.group()) return fill_row_of_group(x, n, source, row);
   double sum = 0;
   for (int l = 0; l < source.nodes; ++l) {
     row[l] = source.area * source.weight[l] * kernel_at(x, n, source.x[l], source.normal);
@@ -132,6 +153,7 @@ Site make_site(const PatchView& patch, std::size_t i, std::span<const Vec2> part
   s.bowl = rule.bowl;
   for (int q = 0; q < rule.count; ++q) {
     s.x[q] = patch.point(rule.nodes[q].p);
+    s.n[q] = s.normal;
     s.weight[q] = rule.nodes[q].weight;
     s.phi[q] = evaluate_basis(patch.basis_of(i), e, patch.order, rule.nodes[q].p);
   }
@@ -203,12 +225,14 @@ Kernel make_kernel(const Site& receiver, const Site& source) {
   k.rows = receiver.nodes;
   k.columns = source.nodes;
   for (int i = 0; i < receiver.nodes; ++i) {
-    k.row[i] = fill_row(receiver.x[i], receiver.normal, source, k.g[i]);
+    k.row[i] = fill_row(receiver.x[i], receiver.n[i], source, k.g[i]);
     k.mean += receiver.weight[i] * k.row[i];
   }
+  k.center = k.mean;
+  if (receiver.group()) return k;
   std::array<double, kMaxNodes> unused;
   k.center = fill_row(receiver.center, receiver.normal, source, unused);
-  if (!close_by(receiver, source)) return k;
+  if (source.group() || !close_by(receiver, source)) return k;
   k.probes = {probe_next_to(receiver, source), probe_far_corner(receiver, source)};
   k.probe_count = 2;
   return k;
@@ -284,7 +308,8 @@ VisibleMask facing_lanes(const Site& receiver, const Site& source, const Kernel&
     for (int l = 0; l < source.eyes; ++l) {
       const bool facing =
           nodes ? open.g[k][l] > 0
-                : kernel_at(receiver.eye[k], receiver.normal, source.eye[l], source.normal) > 0;
+                : kernel_at(receiver.eye[k], receiver.eye_normal(k), source.eye[l],
+                            source.eye_normal(l)) > 0;
       if (facing) lanes |= lane(k, l);
     }
   return lanes;

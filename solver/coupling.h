@@ -20,10 +20,12 @@ namespace atrium {
 // A site is looked at from so many points at the most: 16 segments between two, a packet.
 inline constexpr int kMaxEyes = 4;
 
-// A place that sends or receives: an element, or a convex part of one, with its nodes in space.
-// Basis values are those of the element, wherever the part lies in it.
+// A place that sends or receives: an element, or a convex part of one, with its nodes in space; or a
+// group of faces (solver/face_groups.h), which has no outline, its `normal` only an axis. Basis values
+// are those of the element, wherever the part lies in it; a group has its mean alone.
 struct Site {
   std::array<Vec3, kMaxNodes> x;
+  std::array<Vec3, kMaxNodes> n;         // unit, at the nodes
   std::array<double, kMaxNodes> weight;  // sums to 1
   std::array<BasisValues, kMaxNodes> phi;
   // What a value at a node is multiplied with, and the weight, for its part in the means of value
@@ -46,6 +48,8 @@ struct Site {
   std::span<const Vec3> polygon() const { return {outline.data(), std::size_t(vertices)}; }
   const BasisValues& test(int node) const { return own_dual ? dual[node] : phi[node]; }
   bool looks_from_nodes() const { return eyes == nodes; }
+  bool group() const { return vertices == 0; }
+  const Vec3& eye_normal(int k) const { return group() ? n[k] : normal; }
 };
 
 // The site of a part of element i given by its outline in the patch's frame.

@@ -19,12 +19,24 @@ Radiosity radiosity_of(const PatchView& patch, std::size_t element, const Spectr
   return b;
 }
 
+// Of a group its mean alone.
+Radiosity radiosity_of(const GroupView& groups, std::size_t group,
+                       std::span<const Spectrum> pending) {
+  const FaceGroup& g = groups.groups[group];
+  Radiosity b{};
+  b[0] = g.radiosity;
+  if (!pending.empty()) b[0] += g.reflectance * pending[groups.any_patch(g)];
+  return b;
+}
+
 }  // namespace
 
 void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& source,
             std::span<const Spectrum> pending, int order, std::span<const Element> receiver,
             double cap, GatherSlots& slots, RowMean& mean) {
   const auto radiosity = [&](std::uint32_t patch, std::uint32_t element) {
+    if (patch >= source.size())
+      return radiosity_of(source.groups(), patch - source.size(), pending);
     return radiosity_of(source.patch(patch), element,
                         pending.empty() ? Spectrum{0} : pending[patch]);
   };

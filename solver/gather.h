@@ -15,7 +15,8 @@ struct RowMean {
   double weight = 0;        // Σ doubt, m²
 };
 
-// Adds one strand's transfers from `source` to the slots of its receiving patch.
+// Adds one strand's transfers from `source` to the slots of its receiving patch or group, the latter
+// as one element.
 // pending: lx, by the source's patches: added to their E as it is read. Empty: nothing is.
 // cap: lm/m², luminance above which a source does not count in full in `mean`.
 void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& source,

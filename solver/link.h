@@ -2,6 +2,10 @@
 // by a K×K matrix of coupling coefficients, visibility included; a thin link, for transfers too weak
 // to matter in shape, by one number between means. A braid is the set of links between two
 // clusters, sorted by the receiver's patches. [THFH94 §4]
+//
+// Where patches are numbered here, a cluster's face groups (engine/face_group.h) come after its
+// patches: what is numbered patches + g is group g, and its only element is 0. Of the K×K
+// coefficients of a link to or from a group those beyond its mean are 0.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +35,7 @@ struct Doubt {
   float weight = 0;                // m², Σ variance of the form factor × area of the receiver
 };
 
-// The links of one receiving patch to one source cluster, while they are made.
+// The links of one receiving patch or group to one source cluster, while they are made.
 struct LinkSet {
   std::vector<LinkHead> links;
   std::vector<float> couplings;  // links × K × K, row: receiver's function, column: source's
@@ -42,7 +46,7 @@ struct LinkSet {
 
 // All links between two clusters, in one run of each kind.
 struct Braid {
-  // One receiving patch's part.
+  // One receiving patch's or group's part.
   struct Strand {
     std::uint32_t patch = 0;  // local to the receiver
     std::uint32_t first_link = 0, links = 0;

@@ -8,40 +8,17 @@
 #include "engine/squared.h"
 #include "solver/element_tree.h"
 #include "solver/outline.h"
+#include "solver/pair_terms.h"
 
 namespace atrium {
 
 namespace {
 
-// A transfer is thin where all of it, not its error alone, weighs less than this share of what a
-// link's error may.
-constexpr double kThin = 0.2;
-// Radiosity, of the mean irradiance, below which a source is not less worth looking at.
-constexpr double kDarkest = 0.5;
-// A transfer below this share is left to the closing of its row.
-constexpr double kNegligible = 2e-3;
-// Root mean square error left by a mixed bundle of 16 segments, relative to √(v(1-v)) of the
-// transfer.
-constexpr double kMixed = 0.5;
-// The same for a bundle that agrees on every segment though something may stand between: its four
-// ends on either side are as good as four segments where a blocker is close to one of them, a table
-// over the floor.
-constexpr double kUnsureFour = 0.19;
-// And where sixteen more segments between ends of their own agree as well.
-constexpr double kUnsure = 0.04;
 // Blockers up to which what is seen past them is measured instead of sampled.
 constexpr std::size_t kFewBlockers = 8;
 // Root mean square error that the nodes leave of what is measured from them, relative to how it
 // varies from node to node.
 constexpr double kSmooth = 0.3;
-// Of the variation below a partly hidden source's element, how much may go by what is hidden: the
-// spot that a lamp's panel lights on the ceiling above it is hidden from all but the panel.
-constexpr double kHidden = 1;
-// Of a transfer, how much is taken to jump across a contact line.
-constexpr double kJump = 0.5;
-// From the standard deviation of E over an element to how far below the mean its dark end lies: √3
-// for a slope across a square.
-constexpr double kDarkEnd = 1.73;
 
 // A source's leaf is cut in parts no smaller than this share of it.
 constexpr double kSmallestPart = 1.0 / 64;
@@ -51,8 +28,6 @@ constexpr double kThinDoubt = 2.0 / 9;
 // A patch pair's form factor is in doubt where its standard deviation is more than this: ten
 // thousand such sources leave a hundredth of the row open.
 constexpr double kLeastDoubt = 1e-4;
-// What nodes alone leave open of a form factor, relative to it.
-constexpr double kUnsureShape = 0.01;
 
 // All of the polygon behind the plane through x with normal n, or on it?
 bool behind(std::span<const Vec3> polygon, const Vec3& x, const Vec3& n, double tolerance) {
@@ -61,6 +36,8 @@ bool behind(std::span<const Vec3> polygon, const Vec3& x, const Vec3& n, double 
   return true;
 }
 
+}  // namespace
+
 bool facing(const Site& a, const Site& b, double tolerance) {
   if (dot(a.normal, b.center - a.center) < -b.radius) return false;
   if (dot(b.normal, a.center - b.center) < -a.radius) return false;
@@ -68,16 +45,12 @@ bool facing(const Site& a, const Site& b, double tolerance) {
          !behind(a.polygon(), b.center, b.normal, tolerance);
 }
 
-// An upper bound, nearly, of the form factor receiver → source.
 double form_factor_bound(const Site& r, const Site& s) {
   const Vec3 d = s.center - r.center;
   const double gap2 = squared(std::max(0.0, length(d) - r.radius - s.radius));
   return std::min(1.0, s.area / (std::numbers::pi * gap2 + 1e-300));
 }
 
-// Spread over the source of the receiver's sensitivity to it, as a form factor. A receiver close to
-// a large source sees mostly a part of it, near which there need be no node: a lamp's back sees the
-// spot of the ceiling that it lights.
 double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
   double sum = 0;
   for (int l = 0; l < kernel.columns; ++l) {
@@ -90,12 +63,10 @@ double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
   return std::sqrt(std::max({0.0, sum - squared(kernel.mean), (1 - part) * squared(kernel.mean)}));
 }
 
-// The least of the receiver's nodes' configuration factors.
 double darkest_row(const Kernel& kernel) {
   return *std::min_element(kernel.row.begin(), kernel.row.begin() + kernel.rows);
 }
 
-// Share of the transfer that comes through, weighed pair by pair.
 double seen_share(const Site& r, const Kernel& open, const Kernel& seen) {
   double part = 0, all = 0;
   for (int k = 0; k < open.rows; ++k)
@@ -105,6 +76,8 @@ double seen_share(const Site& r, const Kernel& open, const Kernel& seen) {
     }
   return all > 0 ? part / all : 0;
 }
+
+namespace {
 
 // Variance of the share seen from the receiver's nodes, and from the source's.
 double variance_over_rows(const Site& r, const Kernel& open, const Kernel& seen) {
@@ -129,12 +102,14 @@ double variance_over_columns(const Site& r, const Site& s, const Kernel& open, c
   return sum;
 }
 
-// Variance of a form factor of which 16 segments see the share v, by the rule of succession: that
-// none got through, or all, does not make it certain.
+}  // namespace
+
 double variance_of(double form_factor, double v) {
   const double expected = (kRayLanes * v + 1) / (kRayLanes + 2);
   return squared(form_factor) * expected * (1 - expected) / kRayLanes;
 }
+
+namespace {
 
 std::uint32_t mix(std::uint32_t x) {  // a hash of the pair, never a running generator
   x ^= x >> 16;
@@ -184,9 +159,13 @@ void RefineCounters::add(const RefineCounters& c) {
 }
 
 SourceRoots::SourceRoots(const ClusterView& source, std::span<const Spectrum> light)
-    : pending(light) {
+    : groups(source.groups()), pending(light) {
+  std::vector<bool> grouped(source.size(), false);
+  for (const GroupMember& m : groups.members) grouped[m.patch] = true;
   for (std::size_t p = 0; p < source.size(); ++p) {
     patches.push_back(source.patch(p));
+    if (grouped[p]) continue;
+    alone.push_back(static_cast<std::uint32_t>(p));
     sites.push_back(make_site(patches.back(), 0));
   }
 }
@@ -195,18 +174,30 @@ void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out)
   tree_ = &receiver;
   out_ = &out;
   pending_ = source.pending;
+  source_ = &source;
+  order_ = receiver.order;
   const Site root = make_site(receiver.view(), 0);
-  for (std::size_t q = 0; q < source.patches.size(); ++q) {
-    const PatchHead& head = *source.patches[q].head;
-    if (head.inert || head.patch == receiver.head.patch) continue;
-    if (!facing(root, source.sites[q], settings_.tolerance)) continue;
-    doubt_ = 0;
-    descend(0, root,
-            make_source(source.patches[q], static_cast<std::uint32_t>(q), 0, source.sites[q]),
-            nullptr);
-    if (doubt_ > squared(kLeastDoubt) * root.area)
-      out.doubts.push_back({static_cast<std::uint32_t>(q), static_cast<float>(doubt_)});
+  for (std::size_t i = 0; i < source.alone.size(); ++i) {
+    const std::uint32_t q = source.alone[i];
+    if (!source.patches[q].head->inert)
+      meet_roots(0, root, make_source(source.patches[q], q, 0, source.sites[i]));
   }
+  for (std::uint32_t g = 0; g < source.groups.groups.size(); ++g)
+    if (!source.groups.groups[g].inner) descend_group({0, &root}, group_source(g));
+}
+
+// A pair of patches, or of an element and a patch.
+void Refiner::meet_roots(std::int32_t receiver, const Site& site, const Source& source) {
+  if (source.patch->head->patch == tree_->head.patch) return;
+  if (!facing(site, *source.site, settings_.tolerance)) return;
+  doubt_ = 0;
+  descend(receiver, site, source, nullptr);
+  note_doubt(source.patch_index, tree_->elements[0].area);
+}
+
+void Refiner::note_doubt(std::uint32_t source_patch, double area) {
+  if (doubt_ > squared(kLeastDoubt) * area)
+    out_->doubts.push_back({source_patch, static_cast<float>(doubt_)});
 }
 
 Refiner::Source Refiner::make_source(const PatchView& patch, std::uint32_t index,
@@ -366,9 +357,7 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
 Refiner::Sight Refiner::see(std::int32_t receiver, const Site& site, const Source& source,
                             const Kernel& open) {
   const double transfer = source.radiosity * open.mean;
-  const VisibleMask looked = facing_lanes(site, *source.site, open);
-  const VisibleMask visible = look(site, *source.site, looked);
-  const Kernel seen = masked(site, *source.site, open, looked, visible);
+  const Kernel seen = seen_by_rays(site, *source.site, open);
   double v = seen_share(site, open, seen);
   const double arriving = source.radiosity * darkest_row(seen);
   if ((v == 0 || v == 1) &&
@@ -465,7 +454,9 @@ double Refiner::scattered_share(const Site& receiver, const Site& source) {
          std::popcount(packet.valid);
 }
 
-VisibleMask Refiner::look(const Site& receiver, const Site& source, VisibleMask lanes) {
+// What a packet between their eyes leaves of the kernel.
+Kernel Refiner::seen_by_rays(const Site& receiver, const Site& source, const Kernel& open) {
+  const VisibleMask lanes = facing_lanes(receiver, source, open);
   SegmentPacket packet;
   for (int left = lanes; left != 0; left &= left - 1) {
     const int i = std::countr_zero(unsigned(left));
@@ -475,17 +466,17 @@ VisibleMask Refiner::look(const Site& receiver, const Site& source, VisibleMask 
   ++counters_.packets;
   std::uint16_t blocked = 0;
   around_.rays->occluded16(packet, blocked);
-  return VisibleMask(lanes & ~blocked);
+  return masked(receiver, source, open, lanes, VisibleMask(lanes & ~blocked));
 }
 
 void Refiner::full_link(std::int32_t receiver, const Site& site, const Source& source,
                         const Sight& sight, bool by_ray) {
   doubt_ += sight.variance * site.area;
   if (!(sight.seen.mean > 0)) return;
-  const int n = coefficient_count(tree_->order);
+  const int n = coefficient_count(order_);
   const std::size_t at = out_->couplings.size();
   out_->couplings.resize(at + n * n);
-  couple(site, *source.site, sight.seen, tree_->order,
+  couple(site, *source.site, sight.seen, order_,
          std::span(out_->couplings).subspan(at, n * n));
   out_->links.push_back({static_cast<std::uint32_t>(receiver), source.patch_index,
                          static_cast<std::uint32_t>(source.element)});
@@ -497,21 +488,25 @@ void Refiner::full_link(std::int32_t receiver, const Site& site, const Source& s
 void Refiner::thin_link(std::int32_t receiver, const Site& site, const Source& source) {
   const std::uint32_t hash = mix(mix(tree_->head.patch * 0x9e3779b9u + receiver) ^
                                  mix(source.patch->head->patch * 0x85ebca6bu + source.element));
-  const Vec3& x = site.eye[hash % site.eyes];
-  const Vec3& y = source.site->eye[(hash >> 8) % source.site->eyes];
-  const Vec3 d = y - x;
-  const double cx = dot(site.normal, d), cy = -dot(source.site->normal, d);
+  thin_link(receiver, source, {site.eye[hash % site.eyes], site.normal},
+            {source.site->eye[(hash >> 8) % source.site->eyes], source.site->normal}, site.area,
+            source.site->area);
+}
+
+void Refiner::thin_link(std::int32_t receiver, const Source& source, const SurfacePoint& from,
+                        const SurfacePoint& to, double receiver_area, double source_area) {
+  const Vec3 d = to.x - from.x;
+  const double cx = dot(from.normal, d), cy = -dot(to.normal, d);
   if (cx <= 0 || cy <= 0) return;
   ++counters_.thin_pairs;
   const double d2 = dot(d, d);
-  const double coupling =
-      source.site->area * cx * cy / (d2 * (std::numbers::pi * d2 + source.site->area));
-  doubt_ += kThinDoubt * squared(coupling) * site.area;
+  const double coupling = source_area * cx * cy / (d2 * (std::numbers::pi * d2 + source_area));
+  doubt_ += kThinDoubt * squared(coupling) * receiver_area;
   waiting_.push_back({{static_cast<std::uint32_t>(receiver), source.patch_index,
                        static_cast<std::uint32_t>(source.element)},
                       static_cast<float>(coupling),
-                      x,
-                      y,
+                      from.x,
+                      to.x,
                       out_});
   if (waiting_.size() == kRayLanes) flush();
 }

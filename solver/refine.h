@@ -4,6 +4,9 @@
 // link is weighed by the radiosity that crosses it, by the light that is there already, and by the
 // receiver's area: what counts is what reaches the picture. [HSA91; facts: error × area^½]
 //
+// Where clusters have face groups, pairs start at those, on either side, and go down to patches where
+// a group will not do (refine_groups.cpp).
+//
 // One Refiner works for one receiving patch after the other; several work side by side on others.
 #pragma once
 
@@ -14,6 +17,8 @@
 
 #include "engine/cluster_record.h"
 #include "solver/coupling.h"
+#include "solver/face_groups.h"
+#include "solver/form_factor.h"
 #include "solver/link.h"
 #include "solver/refine_counters.h"
 #include "visibility/occlusion.h"
@@ -30,13 +35,23 @@ struct RefineSettings {
   double tolerance = 1e-5;     // m, the scene's
 };
 
-// A source cluster's patches, ready to be linked to: sites of the roots and their planes.
+// A source cluster's patches, ready to be linked to: sites of the roots of those in no group.
 struct SourceRoots {
   std::vector<PatchView> patches;
-  std::vector<Site> sites;
+  std::vector<std::uint32_t> alone;
+  std::vector<Site> sites;  // of those
+  GroupView groups;         // numbered after the patches
   std::span<const Spectrum> pending;  // lx, by patch, to be added to E; empty: nothing is
   explicit SourceRoots(const ClusterView& source, std::span<const Spectrum> pending = {});
   SourceRoots() = default;
+};
+
+// A receiving cluster with groups: its trees and where the links go, the patches' first, then the
+// groups'.
+struct GroupReceiver {
+  std::span<PatchTree> trees;
+  GroupView groups;
+  std::span<LinkSet> sets;
 };
 
 // What may stand between: blockers by shaft and by ray. Both null where nothing can.
@@ -54,6 +69,8 @@ class Refiner {
   // patch pairs, refined on the spot. Splits leaves of `receiver`. The thin ones may still wait for
   // a full packet of rays: `out` is complete after flush(). [THFH94 §5.1]
   void link(PatchTree& receiver, const SourceRoots& source, LinkSet& out);
+  // The same for a group that is part of no other, and all patches in it.
+  void link(const GroupReceiver& receiver, std::uint32_t group, const SourceRoots& source);
   void flush();
 
   const RefineCounters& counters() const { return counters_; }
@@ -68,6 +85,13 @@ class Refiner {
     const Site* site = nullptr;
     double radiosity = 0;  // lm/m², luminance, mean
     double detail = 0;     // lm/m², of B's variation below this element
+    const FaceGroup* group = nullptr;  // in place of patch and site
+  };
+  // An element of tree_, or a group of the receiver's.
+  struct Target {
+    std::int32_t number = 0;
+    const Site* site = nullptr;  // of an element
+    const FaceGroup* group = nullptr;
   };
   // What a pair sees of each other, as form factors.
   struct Sight {
@@ -95,22 +119,44 @@ class Refiner {
   Sight see(std::int32_t receiver, const Site& site, const Source& source, const Kernel& open);
   std::optional<Sight> measure(std::int32_t receiver, const Site& r, const Site& s,
                                const Kernel& open, const Tube& tube) const;
-  VisibleMask look(const Site& receiver, const Site& source, VisibleMask lanes);
+  Kernel seen_by_rays(const Site& receiver, const Site& source, const Kernel& open);
   double scattered_share(const Site& receiver, const Site& source);
   void thin_link(std::int32_t receiver, const Site& site, const Source& source);
+  void thin_link(std::int32_t receiver, const Source& source, const SurfacePoint& from,
+                 const SurfacePoint& to, double receiver_area, double source_area);
+  void note_doubt(std::uint32_t source_patch, double area);
   void full_link(std::int32_t receiver, const Site& site, const Source& source, const Sight& sight,
                  bool by_ray);
   double misfit(std::int32_t receiver, const Site& site, const Kernel& kernel) const;
   double weight(std::int32_t receiver, double arriving) const;
 
+  // Pairs of which one end or both are groups.
+  Source group_source(std::uint32_t group) const;
+  void meet(const Target& target, const Source& source);
+  void meet_roots(std::int32_t receiver, const Site& site, const Source& source);
+  void descend_group(const Target& target, const Source& source);
+  bool split_source(const Target& target, const Source& source);
+  bool split_target(const Target& target, const Source& source);
+  Site site_of(const Target& target, std::uint64_t seed) const;
+  Site site_of(const Source& source, std::uint64_t seed) const;
+  Sight see_group(const Target& target, const Source& source, const Site& r, const Site& s,
+                  const Kernel& open);
+  void thin_group_link(const Target& target, const Source& source);
+  std::uint64_t seed_of(const Target& target, const Source& source) const;
+  double misfit(const Target& target, const Site& site, const Kernel& kernel) const;
+  double weight(const Target& target, double arriving) const;
+
   RefineSettings settings_;
   Surroundings around_;
   RefineCounters counters_;
   PatchTree* tree_ = nullptr;
+  int order_ = 1;
   std::span<const Spectrum> pending_;  // of the source at hand
   double doubt_ = 0;                   // m², of the patch pair at hand
   LinkSet* out_ = nullptr;
   std::vector<Waiting> waiting_;
+  const SourceRoots* source_ = nullptr;
+  const GroupReceiver* receiver_ = nullptr;  // null where a patch alone receives
 };
 
 }  // namespace atrium

@@ -107,5 +107,31 @@ TEST(LeftOut, RaysStayWhereALampHangsFreely) {
   for (const LeftOut& l : planned->left_out) EXPECT_NE(l.feature, "rays");
 }
 
+bool groups_left_out(const SolveOptions& options) {
+  const Result<Plan> planned = plan(options);
+  EXPECT_TRUE(planned.ok()) << planned.status().message();
+  return planned.ok() && std::ranges::any_of(planned->left_out, [](const LeftOut& l) {
+           return l.feature == "groups";
+         });
+}
+
+// Boxes of five faces have none to group; an office's bookcases, chairs and keyboards have
+// hundreds.
+TEST(LeftOut, GroupsWhereNoClusterIsDense) {
+  Bench boxes(generated({.kind = "cornell"}));
+  EXPECT_TRUE(groups_left_out(boxes.options()));
+  Bench office(generated({.kind = "office-low"}));
+  EXPECT_FALSE(groups_left_out(office.options()));
+}
+
+TEST(LeftOut, GroupsCanBeForcedAndNoOtherWord) {
+  Bench bench(generated({.kind = "rooms", .grid = 1}));
+  SolveOptions forced = bench.options();
+  forced.force = {"groups"};
+  ASSERT_TRUE(plan(forced).ok());
+  forced.force = {"grouping"};
+  EXPECT_FALSE(plan(forced).ok());
+}
+
 }  // namespace
 }  // namespace atrium::testing

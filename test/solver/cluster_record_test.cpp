@@ -100,8 +100,8 @@ TEST(ClusterRecord, RefusedAtEveryShorterLength) {
 TEST(ClusterRecord, RefusedWhereItIsNotAligned) {
   std::vector<PatchTree> trees = many_trees(1);
   const Record record(1, trees);
-  std::vector<std::byte> shifted(record.bytes().size() + 8);
-  std::memcpy(shifted.data() + 4, record.bytes().data(), record.bytes().size());
+  std::vector<std::byte> shifted(4);
+  shifted.insert(shifted.end(), record.bytes().begin(), record.bytes().end());
   EXPECT_FALSE(ClusterView::parse(std::span(shifted).subspan(4, record.bytes().size())).ok());
 }
 
