@@ -41,6 +41,9 @@ struct Cursor {
   double residual = 0;          // of the last sweep across links
   std::uint32_t stalled = 0;    // sweeps in a row whose change did not fall
   double least_change = 0;      // of this level
+  double rest = 1;              // of the light, what is still to come
+  std::uint32_t settling = 0;   // 1: exact enough, but for what is still to come
+  std::uint32_t reserved = 0;
 };
 
 // Sums over an iteration.
@@ -55,7 +58,7 @@ struct Sweep {
   void add(const GatherReport& r);
 };
 
-inline constexpr std::uint32_t kRunStateVersion = 9;  // one more with every change of RunState
+inline constexpr std::uint32_t kRunStateVersion = 10;  // one more with every change of RunState
 
 struct RunState {
   std::uint32_t version = kRunStateVersion;

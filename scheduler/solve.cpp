@@ -40,6 +40,8 @@ constexpr double kThresholdOfError = 0.005;
 // last relative to the error asked for.
 constexpr double kCoarseRest = 0.01;
 constexpr double kFineRestOfError = 1.0 / 50;
+// An answer that is taken has settled beyond that: sweeps over kept links cost next to nothing.
+constexpr double kTakenRest = 1e-6;
 // So many sweeps in a row without progress, and none is to be expected. Links that are made anew
 // each time are not quite the same each time: where there are such, the change stays at their
 // noise, and progress is a change that falls by a tenth.
@@ -556,12 +558,16 @@ void Scheduler::conclude() {
   // What the coarse system adds after a level's first sweep is seen after its second.
   cursor_.unseen = cursor_.sweep <= 2 ? 1 : cursor_.unseen + change;
   const bool no_progress = stalled(change);
-  const bool settled = rest < (last ? kFineRestOfError * options_.error : kCoarseRest);
+  cursor_.rest = rest;
+  const bool settled = rest < (cursor_.settling ? kTakenRest
+                               : last           ? kFineRestOfError * options_.error
+                                                : kCoarseRest);
   if (last && options_.residual > 0 && residual() <= options_.residual)
     stop_ = Stop::kResidual;
   else if (limit && cursor_.iteration >= limit)
     stop_ = Stop::kIterations;
-  else if (options_.residual == 0 && (last ? settled || no_progress : settled && !limit))
+  else if (options_.residual == 0 &&
+           (last || cursor_.settling ? settled || no_progress : settled && !limit))
     cursor_.phase = Phase::kJudge;
   else if (last && no_progress)
     stop_ = Stop::kStalled;
@@ -576,6 +582,7 @@ void Scheduler::begin_level(double threshold) {
   cursor_.threshold *= threshold;
   cursor_.phase = Phase::kLinks;
   cursor_.mended = 0;
+  cursor_.settling = 0;
   cursor_.sweep = 0;
   links_->forget_all();
   equilibrium_->forget();
@@ -601,7 +608,11 @@ Status Scheduler::judge() {
   const bool few = summary_.links < kFewLinks;
   const double finer = std::clamp(squared(asked / found), kTightest, kLoosest);
   if ((last ? found : summary_.estimate.high) <= asked) {
-    stop_ = Stop::kConverged;
+    const bool settled = cursor_.settling || cursor_.mended || cursor_.rest < kTakenRest ||
+                         options_.links == "discard";
+    if (settled) stop_ = Stop::kConverged;
+    cursor_.settling = 1;
+    cursor_.phase = Phase::kLinks;
   } else if (!cursor_.mended && (finest || (last && !few && found <= kMendedByPass * asked))) {
     cursor_.phase = Phase::kMeasure;
   } else if (!last) {
