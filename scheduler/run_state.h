@@ -42,8 +42,8 @@ struct Cursor {
   std::uint32_t stalled = 0;    // sweeps in a row whose change did not fall
   double least_change = 0;      // of this level
   double rest = 1;              // of the light, what is still to come
-  std::uint32_t settling = 0;   // 1: exact enough, but for what is still to come
-  std::uint32_t reserved = 0;
+  std::uint32_t settling = 0;   // sweeps, and one, since it was exact enough but for that rest
+  std::uint32_t even = 0;       // 1: gathers take what they change and no more
 };
 
 // Sums over an iteration.

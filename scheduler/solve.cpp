@@ -33,6 +33,9 @@ std::atomic<bool> stop_flag{false}, checkpoint_flag{false};
 // Refinement goes from coarse to fine: each level's link threshold is this many times the last's,
 // so that brightness is known roughly before it decides what is worth refining.
 constexpr std::array<double, 3> kLevels{16, 4, 1};
+// The first level alone knows brightness too little for its estimate to be the last word: its rows may be
+// so far off that they had to be scaled.
+constexpr std::uint32_t kFirstTaken = 1;
 // Link threshold of the last level ÷ error asked for: found on the scenes with references, so that
 // what is asked for is about what the truth says.
 constexpr double kThresholdOfError = 0.005;
@@ -42,6 +45,7 @@ constexpr double kCoarseRest = 0.01;
 constexpr double kFineRestOfError = 1.0 / 50;
 // An answer that is taken has settled beyond that: sweeps over kept links cost next to nothing.
 constexpr double kTakenRest = 1e-6;
+constexpr std::uint32_t kMostSettling = 12;
 // So many sweeps in a row without progress, and none is to be expected. Links that are made anew
 // each time are not quite the same each time: where there are such, the change stays at their
 // noise, and progress is a change that falls by a tenth.
@@ -58,6 +62,9 @@ constexpr double kMendedByPass = 1.5;
 // falls to .2 (a cube) or .5 (Cornell) from sweep to sweep without, to .2 or .35 with it. Above 1.3
 // the cube takes more sweeps than it saves elsewhere.
 constexpr double kOver = 1.25;
+// Light between faces of one cluster that turns back and forth from sweep to sweep would grow by it:
+// where changes fall no faster than to this, it is given up for good.
+constexpr double kFallsWell = 0.8;
 // Sources brighter than this many times the mean are lamps: they do not stand for their room.
 constexpr double kLampOfMean = 8;
 
@@ -313,7 +320,7 @@ GatherTask Scheduler::task_for(ClusterId receiver) {
   t.refine.reference_area = prepared_->light.reference_area;
   t.refine.min_edge = prepared_->plan.min_edge;
   t.refine.tolerance = prepared_->model.tolerance;
-  t.over = cursor_.sweep > 0 ? kOver : 1;
+  t.over = cursor_.sweep > 0 && !cursor_.even ? kOver : 1;
   t.lamp_cap = kLampOfMean * cursor_.mean_radiosity;
   return t;
 }
@@ -554,11 +561,13 @@ void Scheduler::conclude() {
   const double change = reflected > 0 ? s.change / reflected : 0;
   const double rest = rest_of_light(change);
   ++cursor_.sweep;
+  if (cursor_.sweep > 2 && change > kFallsWell * cursor_.last_change) cursor_.even = 1;
   cursor_.last_change = change;
   // What the coarse system adds after a level's first sweep is seen after its second.
   cursor_.unseen = cursor_.sweep <= 2 ? 1 : cursor_.unseen + change;
   const bool no_progress = stalled(change);
   cursor_.rest = rest;
+  if (cursor_.settling) ++cursor_.settling;
   const bool settled = rest < (cursor_.settling ? kTakenRest
                                : last           ? kFineRestOfError * options_.error
                                                 : kCoarseRest);
@@ -567,7 +576,8 @@ void Scheduler::conclude() {
   else if (limit && cursor_.iteration >= limit)
     stop_ = Stop::kIterations;
   else if (options_.residual == 0 &&
-           (last || cursor_.settling ? settled || no_progress : settled && !limit))
+           (cursor_.settling > kMostSettling ||
+            (last || cursor_.settling ? settled || no_progress : settled && !limit)))
     cursor_.phase = Phase::kJudge;
   else if (last && no_progress)
     stop_ = Stop::kStalled;
@@ -607,7 +617,7 @@ Status Scheduler::judge() {
   const bool last = at_last_level(), finest = last && cursor_.threshold <= 1;
   const bool few = summary_.links < kFewLinks;
   const double finer = std::clamp(squared(asked / found), kTightest, kLoosest);
-  if ((last ? found : summary_.estimate.high) <= asked) {
+  if ((last ? found : summary_.estimate.high) <= asked && cursor_.level >= kFirstTaken) {
     const bool settled = cursor_.settling || cursor_.mended || cursor_.rest < kTakenRest ||
                          options_.links == "discard";
     if (settled) stop_ = Stop::kConverged;
