@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "engine/cluster_record.h"
+#include "engine/stopwatch.h"
 #include "pagestore/root.h"
 #include "scheduler/blocker_record.h"
 #include "scheduler/braid_record.h"
@@ -21,8 +22,8 @@ namespace {
 
 // Records are streamed past the arena, pieces of the model apart.
 constexpr std::size_t kArena = 4 * kRunModelPiece;
-// A live run may overtake a check; one that always does checkpoints all the time.
-constexpr int kAttempts = 8;
+// s. A live run may overtake a check; one that does for so long checkpoints all the time.
+constexpr double kPatience = 20;
 
 std::string kind_name(RecordKind kind) {
   const std::string name = to_string(record_id(kind, 0));  // "cluster 0"
@@ -167,11 +168,11 @@ Result<RunCheck> check_run(const std::string& directory) {
     return Status(Code::kUsage, directory, "", "not a run directory",
                   "give the directory that atrium solve wrote with -o");
   Disk& disk = machine_disk(Io::kMmap);
-  for (int attempt = 1;; ++attempt) {
+  for (const Stopwatch watch;;) {
     std::uint64_t epoch = 0;
     Result<RunCheck> check = check_once(disk, directory, epoch);
     const bool overtaken = !check.ok() && epoch > 0 && moved_on(disk, directory, epoch);
-    if (!overtaken || attempt == kAttempts) return check;
+    if (!overtaken || watch.seconds() > kPatience) return check;
   }
 }
 

@@ -217,15 +217,14 @@ TEST_F(SolveCrash, PowerIsLostWhileAnotherRunBecomesThisOne) {
 
 // The kernel has dropped the pages; the solve stops there, and the machine is started again.
 TEST_F(SolveCrash, OneSyncFailsThenPowerIsLost) {
-  std::vector<std::uint64_t> syncs;
-  for (std::uint64_t n = 0; n < calls_of_.size(); ++n)
-    if (calls_of_[n] == "sync") syncs.push_back(n);
-  const std::size_t step = long_tests() ? 1 : syncs.size() / 8;
-  for (std::size_t i = 0; i < syncs.size(); i += step) {
-    SCOPED_TRACE("call " + std::to_string(syncs[i]));
+  // Counted by themselves: the status page is written by the clock, and shifts the others.
+  const std::size_t syncs = std::ranges::count(calls_of_, "sync");
+  const std::size_t step = long_tests() ? 1 : syncs / 8;
+  for (std::size_t i = 0; i < syncs; i += step) {
+    SCOPED_TRACE("sync " + std::to_string(i));
     SimulatedDisk disk;
-    disk.fault = [n = syncs[i]](std::uint64_t call, const std::string&) {
-      return only(call == n, Fault::kError);
+    disk.fault = [i, seen = std::size_t{0}](std::uint64_t, const std::string& call) mutable {
+      return only(call == "sync" && seen++ == i, Fault::kError);
     };
     const Result<SolveSummary> summary = solve_on(disk);
     EXPECT_FALSE(summary.ok());
