@@ -7,6 +7,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "scheduler/record_bytes.h"
 
@@ -27,6 +28,12 @@ constexpr double kFarthest = 1e7;
 constexpr double kGrows = 8, kLessReach = 8;
 // Bounces over which a measured gain is followed: it has noise, which must not grow without bound.
 constexpr double kGainsReach = 16;
+// Where a gather takes back more than this share of its unit's correction, and changes it more than
+// this many times what the last did, the unit's mean does not tell what its patches see: the next
+// correction is taken in part. One that holds is trusted again, more slowly.
+constexpr double kTakenBack = 0.5, kSettles = 0.9;
+constexpr double kLessTrust = 0.5, kMoreTrust = 1.5, kLeastTrust = 1.0 / 64;
+static_assert(kLessTrust * kMoreTrust < 1);
 
 struct Head {
   std::uint64_t units = 0;
@@ -74,6 +81,7 @@ Equilibrium::Equilibrium(const Model& model, std::span<const ClusterId> order)
   change_.assign(units(), Spectrum{0});
   beyond_.assign(units(), Spectrum{0});
   pending_.assign(units(), Spectrum{0});
+  trust_.assign(units(), 1);
 }
 
 std::span<const std::uint32_t> Equilibrium::units_of(ClusterId cluster) const {
@@ -87,16 +95,40 @@ std::vector<Spectrum> Equilibrium::pending(ClusterId cluster) const {
   return light;
 }
 
+std::vector<std::uint32_t> Equilibrium::by_unit(ClusterId cluster) const {
+  const std::span<const std::uint32_t> units = units_of(cluster);
+  std::vector<std::uint32_t> patches(units.size());
+  std::iota(patches.begin(), patches.end(), 0u);
+  std::ranges::stable_sort(patches, {}, [&](std::uint32_t p) { return units[p]; });
+  return patches;
+}
+
 void Equilibrium::gathered(ClusterId receiver, std::span<const PatchGain> patches) {
+  const std::uint32_t first = first_unit_[receiver.value];
+  const std::size_t count = first_unit_[receiver.value + 1] - first;
+  std::vector<PatchGain> gains(count);  // by unit, lx
   const std::span<const std::uint32_t> units = units_of(receiver);
-  for (auto* light : {&change_, &beyond_, &pending_})
-    for (const std::uint32_t u : units) (*light)[u] = Spectrum{0};
   for (std::size_t p = 0; p < units.size(); ++p) {
-    const std::uint32_t u = units[p];
-    if (!(area_[u] > 0)) continue;  // of nothing but inert patches
-    change_[u] += patches[p].gained / area_[u];
-    beyond_[u] += patches[p].beyond / area_[u];
+    if (!(area_[units[p]] > 0)) continue;  // of nothing but inert patches
+    gains[units[p] - first].gained += patches[p].gained / area_[units[p]];
+    gains[units[p] - first].beyond += patches[p].beyond / area_[units[p]];
   }
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t u = first + i;
+    judge_correction(u, gains[i].gained);
+    change_[u] = gains[i].gained;
+    beyond_[u] = gains[i].beyond;
+    pending_[u] = Spectrum{0};
+  }
+}
+
+// Was what the unit was given in advance borne out by its gather, which changed it by so much more?
+void Equilibrium::judge_correction(std::size_t u, const Spectrum& change) {
+  const double given = luminance(pending_[u]), more = luminance(change);
+  const bool taken_back = given * more < 0 && std::abs(more) > kTakenBack * std::abs(given);
+  const bool settles = std::abs(more) < kSettles * std::abs(luminance(change_[u]));
+  const double trust = trust_[u] * (taken_back && !settles ? kLessTrust : kMoreTrust);
+  trust_[u] = std::clamp(trust, kLeastTrust, 1.0);
 }
 
 double Equilibrium::flux_pending() const {
@@ -145,6 +177,10 @@ void Equilibrium::solve_channel(int channel, double reach, std::span<const Spect
 
 void Equilibrium::forget() { last_change_ = 0; }
 
+bool Equilibrium::later(std::uint32_t v, std::uint32_t u) const {
+  return rank_[v] > rank_[u] || (rank_[v] == rank_[u] && v >= u);
+}
+
 void Equilibrium::correct(double change) {
   if (last_change_ > 0 && !(change < kGrows * last_change_))
     reach_ = std::max(1.0, reach_ / kLessReach);
@@ -153,10 +189,11 @@ void Equilibrium::correct(double change) {
   for (std::size_t u = 0; u < units(); ++u) {
     residual[u] = -beyond_[u];
     for (const CoarseEntry& e : k_[u])
-      if (rank_[e.unit] >= rank_[u])
+      if (later(e.unit, std::uint32_t(u)))
         residual[u] += Spectrum{e.share[0], e.share[1], e.share[2]} * change_[e.unit];
   }
   for (int c = 0; c < kChannels; ++c) solve_channel(c, reach_, residual, pending_);
+  for (std::size_t u = 0; u < units(); ++u) pending_[u] *= trust_[u];
 }
 
 void Equilibrium::spread_gains() {
@@ -166,7 +203,7 @@ void Equilibrium::spread_gains() {
 }
 
 // Little endian, as in memory: Head, sizes of the rows, their entries, then by unit the
-// change, what of it went beyond, and what is pending.
+// change, what of it went beyond, what is pending, and the trust.
 std::vector<std::byte> Equilibrium::saved() const {
   RecordOut out;
   const Head head{units(), reach_, last_change_};
@@ -177,6 +214,7 @@ std::vector<std::byte> Equilibrium::saved() const {
   for (const auto& row : k_) out.put(std::span<const CoarseEntry>(row));
   for (const auto* light : {&change_, &beyond_, &pending_})
     out.put(std::span<const Spectrum>(*light));
+  out.put(std::span<const double>(trust_));
   return out.take();
 }
 
@@ -191,6 +229,7 @@ Status Equilibrium::restore(std::span<const std::byte> record) {
     if (!in.get(k_[u], sizes[u])) return broken;
   for (auto* light : {&change_, &beyond_, &pending_})
     if (!in.get(*light, units())) return broken;
+  if (!in.get(trust_, units())) return broken;
   if (!in.empty()) return broken;
   reach_ = head[0].reach;
   last_change_ = head[0].last_change;

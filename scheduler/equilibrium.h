@@ -85,6 +85,8 @@ class Equilibrium {
   std::vector<Spectrum> pending(ClusterId cluster) const;
   // By local patch.
   std::span<const std::uint32_t> units_of(ClusterId cluster) const;
+  // Local patches, those of one unit together: the order of a gather within the cluster.
+  std::vector<std::uint32_t> by_unit(ClusterId cluster) const;
 
   // Where its links were made anew.
   void set_rows(const CoarseRows& rows);
@@ -108,6 +110,10 @@ class Equilibrium {
 
  private:
   friend class CoarseRows;
+  void judge_correction(std::size_t unit, const Spectrum& change);
+  // What v has changed in a sweep, u's gather in it has not seen. Nor, at large, what its own
+  // patches have.
+  bool later(std::uint32_t v, std::uint32_t u) const;
   void solve_channel(int channel, double reach, std::span<const Spectrum> residual,
                      std::span<Spectrum> x) const;
 
@@ -122,6 +128,7 @@ class Equilibrium {
   double reach_;                              // bounces that a correction looks ahead
   double last_change_ = 0;                    // of this level; 0: none yet
   std::vector<Spectrum> pending_;             // lx, by unit
+  std::vector<double> trust_;                 // by unit: share of its correction that is taken
 };
 
 }  // namespace atrium

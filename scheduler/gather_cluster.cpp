@@ -143,14 +143,18 @@ Braid make_braid(const GatherTask& task, const Surroundings& around, ClusterId s
   return plait(s, sets);
 }
 
+void gather_strand(const GatherTask& task, const SourceLight& source, const Braid& braid,
+                   const Braid::Strand& s, Receiver& receiver) {
+  gather(braid, s, source, receiver.trees[0].order, receiver.elements_of(s.patch), task.lamp_cap,
+         receiver.slots[s.patch], receiver.means[s.patch]);
+}
+
 // 3(e) Gather( each patch of R ) across the braid with one source.
-void transfer(const GatherTask& task, const ClusterView& source,
-              std::span<const Spectrum> pending, const Braid& braid, Receiver& receiver) {
+void transfer(const GatherTask& task, const SourceLight& source, const Braid& braid,
+              Receiver& receiver) {
   constexpr std::size_t kWorthSharing = 512;  // links
   const auto strand = [&](std::size_t i) {
-    const Braid::Strand& s = braid.strands[i];
-    gather(braid, s, source, pending, receiver.trees[0].order, receiver.elements_of(s.patch),
-           task.lamp_cap, receiver.slots[s.patch], receiver.means[s.patch]);
+    gather_strand(task, source, braid, braid.strands[i], receiver);
   };
   if (braid.count() < kWorthSharing)
     for (std::size_t i = 0; i < braid.strands.size(); ++i) strand(i);
@@ -185,13 +189,42 @@ void take_pending(const Equilibrium& equilibrium, ClusterId id, Receiver& receiv
 }
 
 // 4. Invoke solver PushPull( each patch of R )
-void push_pull_all(Receiver& receiver, double over, std::vector<PushPullSums>& sums) {
-  sums.resize(receiver.trees.size());
-  tbb::parallel_for(std::size_t(0), receiver.trees.size(), [&](std::size_t p) {
-    PatchTree& tree = receiver.trees[p];
-    if (tree.head.inert) return;
-    sums[p] = push_pull(tree, receiver.slots[p], closing_of(tree, receiver.means[p]), over);
+PushPullSums push_pull_patch(const GatherTask& task, Receiver& receiver, std::size_t p) {
+  PatchTree& tree = receiver.trees[p];
+  if (tree.head.inert) return {};
+  // What groups gather is a sweep behind, and going beyond it would not settle.
+  const double over = receiver.groups.groups.empty() ? task.over : 1;
+  return push_pull(tree, receiver.slots[p], closing_of(tree, receiver.means[p]), over);
+}
+
+// 3(e) across the cluster's braid with itself, and 4. A patch that sees others of its cluster
+// gathers from what they hold by then, in the order of their units: so light that goes round inside
+// of a cluster settles as it does between clusters. Groups, whose light is not at hand before their
+// patches', gather from the record as they do from other clusters.
+std::vector<PushPullSums> gather_within(const GatherTask& task, const ClusterView& before,
+                                        const Braid* own, Receiver& receiver) {
+  const std::size_t patches = receiver.trees.size();
+  const std::vector<Spectrum> pending = task.equilibrium->pending(task.receiver);
+  const SourceLight as_read(before, pending), by_now(before, pending, receiver.trees);
+  std::vector<const Braid::Strand*> strand_of(patches, nullptr);
+  for (const Braid::Strand& s : own ? own->strands : std::span<const Braid::Strand>()) {
+    if (s.patch < patches)
+      strand_of[s.patch] = &s;
+    else
+      gather_strand(task, as_read, *own, s, receiver);
+  }
+  push_groups(receiver.groups.view(), receiver.trees, receiver.slots, receiver.means);
+
+  std::vector<PushPullSums> sums(patches);
+  tbb::parallel_for(std::size_t(0), patches, [&](std::size_t p) {
+    if (!strand_of[p]) sums[p] = push_pull_patch(task, receiver, p);
   });
+  for (const std::uint32_t p : task.equilibrium->by_unit(task.receiver)) {
+    if (!strand_of[p]) continue;
+    gather_strand(task, by_now, *own, *strand_of[p], receiver);
+    sums[p] = push_pull_patch(task, receiver, p);
+  }
+  return sums;
 }
 
 // The receiver's part of the coarse system, and what this gather has changed.
@@ -235,7 +268,8 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
 
   // 3. For each source cluster S visible to R
   const std::span<const ClusterId> sources = model.visible[task.receiver.value];
-  std::vector<Braid> made(task.linking == Linking::kMakeAndKeep ? sources.size() : 0);
+  std::vector<Braid> made(task.linking == Linking::kUseKept ? 0 : sources.size());
+  const Braid* own = nullptr;
   std::vector<Braid>* kept = &made;
   if (task.linking == Linking::kUseKept) {
     const Result<std::vector<Braid>*> braids = task.links->of(task.receiver);
@@ -258,14 +292,16 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
         s == task.receiver ? before : ClusterView::parse(pin.bytes());
     if (!source.ok()) return source.status();
     const double start = now();
-    const std::vector<Spectrum> pending = task.equilibrium->pending(s);
     // (c), (d) Tubes and links.
-    Braid discarded;
-    Braid& braid = task.linking == Linking::kMakeAndDiscard ? discarded : (*kept)[i];
+    Braid& braid = (*kept)[i];
+    const std::vector<Spectrum> pending = task.equilibrium->pending(s);
     if (task.linking != Linking::kUseKept)
       braid = make_braid(task, around, s, *source, pending, receiver);
-    // (e) Gather.
-    transfer(task, *source, pending, braid, receiver);
+    // (e) Gather; from itself when all others have sent.
+    if (s == task.receiver)
+      own = &braid;
+    else
+      transfer(task, SourceLight(*source, pending), braid, receiver);
     if (rows) rows->add(braid, *source, receiver.trees, receiver.groups.view());
     report.solver_seconds += now() - start;
     report.links += braid.count();
@@ -273,12 +309,11 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     report.source_elements += source->head().elements;
     largest_source = std::max<std::uint64_t>(largest_source, source->head().elements);
     // (f) to (j) Discard links where they are not kept; release S.
+    if (task.linking == Linking::kMakeAndDiscard && s != task.receiver) braid = {};
   }
 
   const double start = now();
-  std::vector<PushPullSums> sums;
-  push_groups(receiver.groups.view(), receiver.trees, receiver.slots, receiver.means);
-  push_pull_all(receiver, task.over, sums);
+  const std::vector<PushPullSums> sums = gather_within(task, *before, own, receiver);
   pull_groups(receiver.trees, receiver.groups);
   for (const PushPullSums& s : sums) report.sums.add(s);
   for (const RefineCounters& c : receiver.refined) report.refined.add(c);

@@ -43,7 +43,6 @@ struct Cursor {
   double least_change = 0;      // of this level
   double rest = 1;              // of the light, what is still to come
   std::uint32_t settling = 0;   // sweeps, and one, since it was exact enough but for that rest
-  std::uint32_t even = 0;       // 1: gathers take what they change and no more
 };
 
 // Sums over an iteration.
@@ -58,7 +57,7 @@ struct Sweep {
   void add(const GatherReport& r);
 };
 
-inline constexpr std::uint32_t kRunStateVersion = 10;  // one more with every change of RunState
+inline constexpr std::uint32_t kRunStateVersion = 11;  // one more with every change of RunState
 
 struct RunState {
   std::uint32_t version = kRunStateVersion;

@@ -62,9 +62,6 @@ constexpr double kMendedByPass = 1.5;
 // falls to .2 (a cube) or .5 (Cornell) from sweep to sweep without, to .2 or .35 with it. Above 1.3
 // the cube takes more sweeps than it saves elsewhere.
 constexpr double kOver = 1.25;
-// Light between faces of one cluster that turns back and forth from sweep to sweep would grow by it:
-// where changes fall no faster than to this, it is given up for good.
-constexpr double kFallsWell = 0.8;
 // Sources brighter than this many times the mean are lamps: they do not stand for their room.
 constexpr double kLampOfMean = 8;
 
@@ -320,7 +317,7 @@ GatherTask Scheduler::task_for(ClusterId receiver) {
   t.refine.reference_area = prepared_->light.reference_area;
   t.refine.min_edge = prepared_->plan.min_edge;
   t.refine.tolerance = prepared_->model.tolerance;
-  t.over = cursor_.sweep > 0 && !cursor_.even ? kOver : 1;
+  t.over = cursor_.sweep > 0 ? kOver : 1;
   t.lamp_cap = kLampOfMean * cursor_.mean_radiosity;
   return t;
 }
@@ -561,7 +558,6 @@ void Scheduler::conclude() {
   const double change = reflected > 0 ? s.change / reflected : 0;
   const double rest = rest_of_light(change);
   ++cursor_.sweep;
-  if (cursor_.sweep > 2 && change > kFallsWell * cursor_.last_change) cursor_.even = 1;
   cursor_.last_change = change;
   // What the coarse system adds after a level's first sweep is seen after its second.
   cursor_.unseen = cursor_.sweep <= 2 ? 1 : cursor_.unseen + change;

@@ -19,7 +19,6 @@ Radiosity radiosity_of(const PatchView& patch, std::size_t element, const Spectr
   return b;
 }
 
-// Of a group its mean alone.
 Radiosity radiosity_of(const GroupView& groups, std::size_t group,
                        std::span<const Spectrum> pending) {
   const FaceGroup& g = groups.groups[group];
@@ -31,20 +30,22 @@ Radiosity radiosity_of(const GroupView& groups, std::size_t group,
 
 }  // namespace
 
-void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& source,
-            std::span<const Spectrum> pending, int order, std::span<const Element> receiver,
-            double cap, GatherSlots& slots, RowMean& mean) {
-  const auto radiosity = [&](std::uint32_t patch, std::uint32_t element) {
-    if (patch >= source.size())
-      return radiosity_of(source.groups(), patch - source.size(), pending);
-    return radiosity_of(source.patch(patch), element,
-                        pending.empty() ? Spectrum{0} : pending[patch]);
-  };
+std::array<Spectrum, kMaxCoefficients> SourceLight::radiosity(std::uint32_t patch,
+                                                              std::uint32_t element) const {
+  if (patch >= record_.size())
+    return radiosity_of(record_.groups(), patch - record_.size(), pending_);
+  if (!installed_.empty()) return radiosity_of(installed_[patch].view(), element, Spectrum{0});
+  return radiosity_of(record_.patch(patch), element,
+                      pending_.empty() ? Spectrum{0} : pending_[patch]);
+}
+
+void gather(const Braid& braid, const Braid::Strand& strand, const SourceLight& source, int order,
+            std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean) {
   const int k = coefficient_count(order);
   const std::size_t stride = std::size_t(k) * kGatherChannels;
   const float* coupling = braid.couplings.data() + std::size_t(strand.first_link) * k * k;
   for (const LinkHead& link : std::span(braid.links).subspan(strand.first_link, strand.links)) {
-    const Radiosity b = radiosity(link.source_patch, link.source);
+    const Radiosity b = source.radiosity(link.source_patch, link.source);
     double* g = &slots.g[link.receiver * stride];
     mean.form_factors += coupling[0] * receiver[link.receiver].area;
     for (int i = 0; i < k; ++i, g += kGatherChannels) {
@@ -57,14 +58,14 @@ void gather(const Braid& braid, const Braid::Strand& strand, const ClusterView& 
     coupling += k * k;
   }
   for (const ThinLink& link : std::span(braid.thin).subspan(strand.first_thin, strand.thin)) {
-    const Radiosity b = radiosity(link.ends.source_patch, link.ends.source);
+    const Radiosity b = source.radiosity(link.ends.source_patch, link.ends.source);
     double* g = &slots.g[link.ends.receiver * stride];
     mean.form_factors += link.coupling * receiver[link.ends.receiver].area;
     g[kRowSum] += link.coupling;
     for (int c = 0; c < kChannels; ++c) g[c] += double(link.coupling) * b[0][c];
   }
   for (const Doubt& doubt : std::span(braid.doubts).subspan(strand.first_doubt, strand.doubts)) {
-    const Spectrum b = radiosity(doubt.source_patch, 0)[0];
+    const Spectrum b = source.radiosity(doubt.source_patch, 0)[0];
     const double bright = luminance(b);
     mean.light += double(doubt.weight) * (bright > cap ? b * (cap / bright) : b);
     mean.weight += doubt.weight;

@@ -218,7 +218,7 @@ Exchange exchange(const Patches& receiver, const Patches& sender, std::size_t le
       elements = x.trees[s.patch].elements;
     else
       whole.area = groups.groups[s.patch - x.trees.size()].area;
-    gather(braid, s, view, {}, x.trees[0].order, elements, kNoCap, slots[s.patch], means[s.patch]);
+    gather(braid, s, {view, {}}, x.trees[0].order, elements, kNoCap, slots[s.patch], means[s.patch]);
   }
   push_groups(groups.view(), x.trees, slots, means);
   for (std::size_t p = 0; p < x.trees.size(); ++p) push_pull(x.trees[p], slots[p], {});

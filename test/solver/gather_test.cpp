@@ -39,7 +39,7 @@ class Gather : public ::testing::Test {
   void run(const LinkSet& set, double cap) {
     const Braid braid = plait(ClusterId(7u), std::span(&set, 1));
     ASSERT_EQ(braid.strands.size(), 1u);
-    gather(braid, braid.strands[0], record_->view(), {}, kOrder, receiver_.elements, cap, slots_,
+    gather(braid, braid.strands[0], {record_->view(), {}}, kOrder, receiver_.elements, cap, slots_,
            mean_);
   }
 
@@ -119,7 +119,7 @@ TEST_F(Gather, PlaitedSetsAreTheStrands) {
     run(sets[patches[i]], kNoCap);
     const std::vector<double> alone = slots_.g;
     slots_.reset(receiver_.elements.size(), kK);
-    gather(braid, braid.strands[i], record_->view(), {}, kOrder, receiver_.elements, kNoCap, slots_,
+    gather(braid, braid.strands[i], {record_->view(), {}}, kOrder, receiver_.elements, kNoCap, slots_,
            mean_);
     EXPECT_EQ(slots_.g, alone);
   }
