@@ -35,8 +35,15 @@ constexpr double kTakenBack = 0.5, kSettles = 0.9;
 constexpr double kLessTrust = 0.5, kMoreTrust = 1.5, kLeastTrust = 1.0 / 64;
 static_assert(kLessTrust * kMoreTrust < 1);
 
+// Sweeps of a level from which shares of detail are learnt: then light is about where it stays, and
+// shares that went on with it would keep it from settling.
+constexpr std::uint64_t kLearning = 4;
+// Of what a unit sends, how much its detail may add elsewhere. Where more is missed it is form
+// factors that are off.
+constexpr double kMostMissed = 0.005;
+
 struct Head {
-  std::uint64_t units = 0;
+  std::uint64_t units = 0, sweeps = 0;
   double reach = 0, last_change = 0;
 };
 
@@ -82,6 +89,7 @@ Equilibrium::Equilibrium(const Model& model, std::span<const ClusterId> order)
   beyond_.assign(units(), Spectrum{0});
   pending_.assign(units(), Spectrum{0});
   trust_.assign(units(), 1);
+  for (auto* sums : {&missed_, &sent_, &left_out_, &detail_share_}) sums->assign(units(), 0);
 }
 
 std::span<const std::uint32_t> Equilibrium::units_of(ClusterId cluster) const {
@@ -131,6 +139,20 @@ void Equilibrium::judge_correction(std::size_t u, const Spectrum& change) {
   trust_[u] = std::clamp(trust, kLeastTrust, 1.0);
 }
 
+void Equilibrium::sent(std::span<const UnitDetail> details) {
+  for (const UnitDetail& d : details) {
+    missed_[d.unit] += d.missed;
+    sent_[d.unit] += d.sent;
+    left_out_[d.unit] += d.left_out;
+  }
+}
+
+std::vector<double> Equilibrium::detail_shares(ClusterId cluster) const {
+  std::vector<double> shares;
+  for (const std::uint32_t u : units_of(cluster)) shares.push_back(detail_share_[u]);
+  return shares;
+}
+
 double Equilibrium::flux_pending() const {
   double flux = 0;
   for (std::size_t u = 0; u < units(); ++u) flux += area_[u] * luminance(pending_[u]);
@@ -175,13 +197,27 @@ void Equilibrium::solve_channel(int channel, double reach, std::span<const Spect
   for (Eigen::Index u = 0; u < n; ++u) x[u][channel] = found[u];
 }
 
-void Equilibrium::forget() { last_change_ = 0; }
+void Equilibrium::forget() {
+  last_change_ = 0;
+  sweeps_ = 0;
+  for (auto* sums : {&missed_, &sent_, &left_out_, &detail_share_}) sums->assign(units(), 0);
+}
 
 bool Equilibrium::later(std::uint32_t v, std::uint32_t u) const {
   return rank_[v] > rank_[u] || (rank_[v] == rank_[u] && v >= u);
 }
 
+void Equilibrium::learn_detail_shares() {
+  for (std::size_t u = 0; u < units(); ++u) {
+    const double most = kMostMissed * sent_[u];
+    const double missed = std::clamp(missed_[u], -most, most);
+    detail_share_[u] = left_out_[u] > 0 ? std::clamp(missed / left_out_[u], -1.0, 1.0) : 0;
+  }
+  for (auto* sums : {&sent_, &missed_, &left_out_}) sums->assign(units(), 0);
+}
+
 void Equilibrium::correct(double change) {
+  if (++sweeps_ <= kLearning) learn_detail_shares();
   if (last_change_ > 0 && !(change < kGrows * last_change_))
     reach_ = std::max(1.0, reach_ / kLessReach);
   last_change_ = change;
@@ -203,10 +239,11 @@ void Equilibrium::spread_gains() {
 }
 
 // Little endian, as in memory: Head, sizes of the rows, their entries, then by unit the
-// change, what of it went beyond, what is pending, and the trust.
+// change, what of it went beyond, and what is pending; then the sums of what it sent,
+// its share of detail, and the trust.
 std::vector<std::byte> Equilibrium::saved() const {
   RecordOut out;
-  const Head head{units(), reach_, last_change_};
+  const Head head{units(), sweeps_, reach_, last_change_};
   out.put(std::span(&head, 1));
   std::vector<std::uint32_t> sizes;
   for (const auto& row : k_) sizes.push_back(std::uint32_t(row.size()));
@@ -214,7 +251,8 @@ std::vector<std::byte> Equilibrium::saved() const {
   for (const auto& row : k_) out.put(std::span<const CoarseEntry>(row));
   for (const auto* light : {&change_, &beyond_, &pending_})
     out.put(std::span<const Spectrum>(*light));
-  out.put(std::span<const double>(trust_));
+  for (const auto* sums : {&sent_, &missed_, &left_out_, &detail_share_, &trust_})
+    out.put(std::span<const double>(*sums));
   return out.take();
 }
 
@@ -229,8 +267,10 @@ Status Equilibrium::restore(std::span<const std::byte> record) {
     if (!in.get(k_[u], sizes[u])) return broken;
   for (auto* light : {&change_, &beyond_, &pending_})
     if (!in.get(*light, units())) return broken;
-  if (!in.get(trust_, units())) return broken;
+  for (auto* sums : {&sent_, &missed_, &left_out_, &detail_share_, &trust_})
+    if (!in.get(*sums, units())) return broken;
   if (!in.empty()) return broken;
+  sweeps_ = head[0].sweeps;
   reach_ = head[0].reach;
   last_change_ = head[0].last_change;
   return {};

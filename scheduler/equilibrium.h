@@ -48,6 +48,14 @@ struct PatchGain {
   Spectrum beyond{0};  // of gained, what was taken beyond the gather
 };
 
+// What gathers have brought of a unit's light. (solver/gather.h, SentDetail)
+struct UnitDetail {
+  std::uint32_t unit = 0;
+  double sent = 0;      // lm, luminance
+  double missed = 0;    // lm: what its patches' means would have sent, less that
+  double left_out = 0;  // lm, of detail, by links from coarse elements
+};
+
 class Equilibrium;
 
 // Sums the rows of K of one receiver while its links are made, source by source.
@@ -94,6 +102,12 @@ class Equilibrium {
   // A complete gather to a cluster: nothing is pending of it any more.
   void gathered(ClusterId receiver, std::span<const PatchGain> patches);
 
+  void sent(std::span<const UnitDetail> details);
+  // The unit that all members of its face groups are in.
+  std::uint32_t rest_unit(ClusterId cluster) const { return first_unit_[cluster.value]; }
+  // By local patch, of this level: the share of its detail that coarse links bring.
+  std::vector<double> detail_shares(ClusterId cluster) const;
+
   // lm, luminance of all that is pending.
   double flux_pending() const;
   // After a complete sweep, which changed so much: what is still to come, as far as units tell.
@@ -110,6 +124,7 @@ class Equilibrium {
 
  private:
   friend class CoarseRows;
+  void learn_detail_shares();
   void judge_correction(std::size_t unit, const Spectrum& change);
   // What v has changed in a sweep, u's gather in it has not seen. Nor, at large, what its own
   // patches have.
@@ -128,6 +143,9 @@ class Equilibrium {
   double reach_;                              // bounces that a correction looks ahead
   double last_change_ = 0;                    // of this level; 0: none yet
   std::vector<Spectrum> pending_;             // lx, by unit
+  std::uint64_t sweeps_ = 0;                  // of this level
+  std::vector<double> sent_, missed_, left_out_;  // lm, by unit, of this sweep: UnitDetail's
+  std::vector<double> detail_share_;              // by unit
   std::vector<double> trust_;                 // by unit: share of its correction that is taken
 };
 

@@ -22,6 +22,7 @@ struct Receiver {
   std::vector<GatherSlots> slots;    // of the patches, then of the groups; so all that follow
   std::vector<RowMean> means;
   std::vector<RefineCounters> refined;
+  std::vector<std::vector<SentDetail>> details;  // of the braid at hand
 
   explicit Receiver(const ClusterView& view)
       : trees(read_record(view)),
@@ -29,7 +30,8 @@ struct Receiver {
         as_elements(groups.groups.size()),
         slots(trees.size() + groups.groups.size()),
         means(slots.size()),
-        refined(slots.size()) {
+        refined(slots.size()),
+        details(slots.size()) {
     for (std::size_t p = 0; p < trees.size(); ++p)
       slots[p].reset(trees[p].elements.size(), trees[p].view().k());
     for (std::size_t g = 0; g < as_elements.size(); ++g) {
@@ -146,7 +148,27 @@ Braid make_braid(const GatherTask& task, const Surroundings& around, ClusterId s
 void gather_strand(const GatherTask& task, const SourceLight& source, const Braid& braid,
                    const Braid::Strand& s, Receiver& receiver) {
   gather(braid, s, source, receiver.trees[0].order, receiver.elements_of(s.patch), task.lamp_cap,
-         receiver.slots[s.patch], receiver.means[s.patch]);
+         receiver.slots[s.patch], receiver.means[s.patch], receiver.details[s.patch]);
+}
+
+// What a braid has brought of its source, by its units. Of faces that groups stand for as well, what
+// links bring is not all.
+void note_sent(const Equilibrium& equilibrium, const SourceLight& light, ClusterId source,
+               bool grouped, Receiver& receiver, std::vector<UnitDetail>& sent) {
+  const std::span<const std::uint32_t> units = equilibrium.units_of(source);
+  for (std::vector<SentDetail>& details : receiver.details) {
+    for (const SentDetail& d : details) {
+      if (d.source_patch >= units.size()) continue;  // a group
+      const std::uint32_t unit = units[d.source_patch];
+      if (grouped && unit == equilibrium.rest_unit(source)) continue;
+      if (sent.empty() || sent.back().unit != unit) sent.push_back({unit});
+      const double mean = luminance(light.radiosity(d.source_patch, 0)[0]);
+      sent.back().sent += d.sent;
+      sent.back().missed += mean * d.factors - d.sent;
+      sent.back().left_out += d.left_out;
+    }
+    details.clear();
+  }
 }
 
 // 3(e) Gather( each patch of R ) across the braid with one source.
@@ -202,10 +224,13 @@ PushPullSums push_pull_patch(const GatherTask& task, Receiver& receiver, std::si
 // of a cluster settles as it does between clusters. Groups, whose light is not at hand before their
 // patches', gather from the record as they do from other clusters.
 std::vector<PushPullSums> gather_within(const GatherTask& task, const ClusterView& before,
-                                        const Braid* own, Receiver& receiver) {
+                                        const Braid* own, Receiver& receiver,
+                                        std::vector<UnitDetail>& sent) {
   const std::size_t patches = receiver.trees.size();
   const std::vector<Spectrum> pending = task.equilibrium->pending(task.receiver);
-  const SourceLight as_read(before, pending), by_now(before, pending, receiver.trees);
+  const std::vector<double> shares = task.equilibrium->detail_shares(task.receiver);
+  const SourceLight as_read(before, pending, shares);
+  const SourceLight by_now(before, pending, shares, receiver.trees);
   std::vector<const Braid::Strand*> strand_of(patches, nullptr);
   for (const Braid::Strand& s : own ? own->strands : std::span<const Braid::Strand>()) {
     if (s.patch < patches)
@@ -224,12 +249,14 @@ std::vector<PushPullSums> gather_within(const GatherTask& task, const ClusterVie
     gather_strand(task, by_now, *own, *strand_of[p], receiver);
     sums[p] = push_pull_patch(task, receiver, p);
   }
+  note_sent(*task.equilibrium, by_now, task.receiver, !before.groups().groups.empty(), receiver,
+            sent);
   return sums;
 }
 
 // The receiver's part of the coarse system, and what this gather has changed.
 void tell(Equilibrium& equilibrium, ClusterId id, const Receiver& receiver,
-          std::span<const PushPullSums> sums, CoarseRows* rows) {
+          std::span<const PushPullSums> sums, std::span<const UnitDetail> sent, CoarseRows* rows) {
   if (rows) {
     for (std::size_t p = 0; p < receiver.trees.size(); ++p)
       rows->close(p, receiver.trees[p], closing_of(receiver.trees[p], receiver.means[p]));
@@ -238,6 +265,7 @@ void tell(Equilibrium& equilibrium, ClusterId id, const Receiver& receiver,
   std::vector<PatchGain> gains;
   for (const PushPullSums& s : sums) gains.push_back({s.gained, s.beyond});
   equilibrium.gathered(id, gains);
+  equilibrium.sent(sent);
 }
 
 }  // namespace
@@ -279,6 +307,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   std::optional<CoarseRows> rows;
   if (task.linking != Linking::kUseKept) rows.emplace(*task.equilibrium, task.receiver);
   std::uint64_t largest_source = 0;
+  std::vector<UnitDetail> sent;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const ClusterId s = sources[i];
     // (a), (b) Read S and install it: its record is used in place.
@@ -298,10 +327,14 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     if (task.linking != Linking::kUseKept)
       braid = make_braid(task, around, s, *source, pending, receiver);
     // (e) Gather; from itself when all others have sent.
-    if (s == task.receiver)
+    if (s == task.receiver) {
       own = &braid;
-    else
-      transfer(task, SourceLight(*source, pending), braid, receiver);
+    } else {
+      const std::vector<double> shares = task.equilibrium->detail_shares(s);
+      const SourceLight light(*source, pending, shares);
+      transfer(task, light, braid, receiver);
+      note_sent(*task.equilibrium, light, s, !source->groups().groups.empty(), receiver, sent);
+    }
     if (rows) rows->add(braid, *source, receiver.trees, receiver.groups.view());
     report.solver_seconds += now() - start;
     report.links += braid.count();
@@ -313,7 +346,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   }
 
   const double start = now();
-  const std::vector<PushPullSums> sums = gather_within(task, *before, own, receiver);
+  const std::vector<PushPullSums> sums = gather_within(task, *before, own, receiver, sent);
   pull_groups(receiver.trees, receiver.groups);
   for (const PushPullSums& s : sums) report.sums.add(s);
   for (const RefineCounters& c : receiver.refined) report.refined.add(c);
@@ -328,7 +361,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   const std::size_t bytes = record_bytes(receiver.trees, receiver.groups);
   ATRIUM_RETURN_IF_ERROR(edit->resize(bytes));
   write_record(task.receiver.value, receiver.trees, edit->bytes(), receiver.groups);
-  tell(*task.equilibrium, task.receiver, receiver, sums, rows ? &*rows : nullptr);
+  tell(*task.equilibrium, task.receiver, receiver, sums, sent, rows ? &*rows : nullptr);
 
   report.working_set_elements = report.elements + largest_source;
   report.working_set_bytes = bytes + largest_source * sizeof(Element) +

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "engine/cluster_record.h"
 #include "solver/link.h"
@@ -24,25 +25,54 @@ struct RowMean {
 class SourceLight {
  public:
   // pending: lx, by the source's patches: added to their E as it is read. Empty: nothing is.
+  // detail_share: by the source's patches, see sent_detail. Empty: none.
   // installed: the source's patches, pending included, that are read in the place of the record's.
   SourceLight(const ClusterView& record, std::span<const Spectrum> pending,
-              std::span<const PatchTree> installed = {})
-      : record_(record), pending_(pending), installed_(installed) {}
+              std::span<const double> detail_share = {}, std::span<const PatchTree> installed = {})
+      : record_(record),
+        pending_(pending),
+        detail_share_(detail_share),
+        installed_(installed) {}
 
   // B = M + ρE, lm/m², coefficient by coefficient; of a group its mean alone.
   std::array<Spectrum, kMaxCoefficients> radiosity(std::uint32_t patch_or_group,
                                                    std::uint32_t element) const;
+  // lm/m², luminance, root mean square of what B so leaves out of the element; 0 of groups, and
+  // where light leaves the scene.
+  double detail(std::uint32_t patch_or_group, std::uint32_t element) const;
+  // Of that, the share that goes where coarse links go.
+  double detail_share(std::uint32_t patch_or_group) const {
+    return patch_or_group < detail_share_.size() ? detail_share_[patch_or_group] : 0;
+  }
 
  private:
+  PatchView patch(std::uint32_t p) const {
+    return installed_.empty() ? record_.patch(p) : installed_[p].view();
+  }
   const ClusterView& record_;
   std::span<const Spectrum> pending_;
+  std::span<const double> detail_share_;
   std::span<const PatchTree> installed_;
+};
+
+// What a strand's links have brought of one source patch. Light that leaves a patch arrives
+// somewhere, so over all that see it B's detail adds nothing: what links from fine elements bring of
+// it, more or less than the patch's mean would, is what those from coarse ones, which leave it out,
+// should have brought less or more. Left alone, bright spots that light what is near them dim the
+// rest: .2% a bounce in a cube, ten times that in all where ρ = .9.
+struct SentDetail {
+  std::uint32_t source_patch = 0;
+  double factors = 0;  // m², Σ F A of the receivers
+  double sent = 0;     // lm, luminance
+  double left_out = 0;  // lm, Σ F A detail
 };
 
 // Adds one strand's transfers from `source` to the slots of its receiving patch or group, the
 // latter as one element.
 // cap: lm/m², luminance above which a source does not count in full in `mean`.
+// details: what came of each of the source's patches is added, in runs.
 void gather(const Braid& braid, const Braid::Strand& strand, const SourceLight& source, int order,
-            std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean);
+            std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean,
+            std::vector<SentDetail>& details);
 
 }  // namespace atrium

@@ -11,6 +11,9 @@ namespace atrium::testing {
 namespace {
 
 constexpr double kError = 0.02, kResidual = 1e-6;
+// What links from coarse elements leave out of their detail is brought along: without, rooms lose
+// .9% and Cornell 1.4% of Φ.
+constexpr double kLost = 0.005;
 
 SolveSummary solved_white(const std::string& kind, double reflectance) {
   GenerateOptions options{.kind = kind};
@@ -33,7 +36,7 @@ void expect_all_light_found(const std::string& kind, double reflectance, double 
   const SolveSummary s = solved_white(kind, reflectance);
   EXPECT_LE(s.residual, kResidual);
   EXPECT_LE(s.iterations, most_gathers);
-  EXPECT_NEAR(s.flux_absorbed, s.flux_emitted, kError * s.flux_emitted);
+  EXPECT_NEAR(s.flux_absorbed, s.flux_emitted, kLost * s.flux_emitted);
 }
 
 TEST(WhiteRoom, GreyWallsTakeAsFewGathersAsWhiteOnes) { expect_all_light_found("rooms", .9, 12); }

@@ -211,6 +211,7 @@ Exchange exchange(const Patches& receiver, const Patches& sender, std::size_t le
   std::vector<RowMean> means(sets.size());
   for (std::size_t i = 0; i < slots.size(); ++i)
     slots[i].reset(i < x.trees.size() ? x.trees[i].elements.size() : 1, x.trees[0].view().k());
+  std::vector<SentDetail> details;
   for (const Braid::Strand& s : braid.strands) {
     Element whole;
     std::span<const Element> elements(&whole, 1);
@@ -218,7 +219,8 @@ Exchange exchange(const Patches& receiver, const Patches& sender, std::size_t le
       elements = x.trees[s.patch].elements;
     else
       whole.area = groups.groups[s.patch - x.trees.size()].area;
-    gather(braid, s, {view, {}}, x.trees[0].order, elements, kNoCap, slots[s.patch], means[s.patch]);
+    gather(braid, s, {view, {}}, x.trees[0].order, elements, kNoCap, slots[s.patch], means[s.patch],
+           details);
   }
   push_groups(groups.view(), x.trees, slots, means);
   for (std::size_t p = 0; p < x.trees.size(); ++p) push_pull(x.trees[p], slots[p], {});

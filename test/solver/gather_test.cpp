@@ -40,7 +40,7 @@ class Gather : public ::testing::Test {
     const Braid braid = plait(ClusterId(7u), std::span(&set, 1));
     ASSERT_EQ(braid.strands.size(), 1u);
     gather(braid, braid.strands[0], {record_->view(), {}}, kOrder, receiver_.elements, cap, slots_,
-           mean_);
+           mean_, details_);
   }
 
   Patches patches_;
@@ -49,6 +49,7 @@ class Gather : public ::testing::Test {
   PatchTree receiver_;
   GatherSlots slots_;
   RowMean mean_;
+  std::vector<SentDetail> details_;
 };
 
 TEST_F(Gather, LinkCarriesItsMatrixTimesRadiosity) {
@@ -94,6 +95,48 @@ TEST_F(Gather, ThinLinkCarriesMeansOnly) {
     for (int c = 0; c < kGatherChannels; ++c) EXPECT_EQ(slot(2, a, c), 0);
 }
 
+// What came is noted by source patch, in runs: form factors times area, what they brought, and what
+// of the source's light its element leaves out.
+TEST_F(Gather, WhatLinksBringOfASourceIsNoted) {
+  trees_[1].head.escape = 0;  // closed: all that it sends arrives
+  trees_[1].elements[1].detail = 6;
+  record_.emplace(7, trees_);
+  LinkSet set;
+  set.thin.push_back({{2, 1, 1}, 0.25f});
+  set.thin.push_back({{1, 1, 2}, 0.5f});
+  run(set, kNoCap);
+  const auto light = [&](std::size_t element) {
+    return luminance({radiosity(element, 0, 0), radiosity(element, 0, 1), radiosity(element, 0, 2)});
+  };
+  const double f1 = .25 * receiver_.elements[2].area, f2 = .5 * receiver_.elements[1].area;
+  ASSERT_EQ(details_.size(), 1u);
+  EXPECT_EQ(details_[0].source_patch, 1u);
+  EXPECT_NEAR(details_[0].factors, f1 + f2, 1e-12);
+  EXPECT_NEAR(details_[0].sent, f1 * light(1) + f2 * light(2), 1e-12);
+  EXPECT_NEAR(details_[0].left_out, f1 * luminance(trees_[1].head.reflectance) * 6, 1e-12);
+}
+
+// A share of it is brought along, in the colour of the rest; nothing of what leaves the scene.
+TEST_F(Gather, AShareOfTheDetailLeftOutIsBroughtAlong) {
+  trees_[1].elements[1].detail = 6;
+  LinkSet set;
+  set.thin.push_back({{2, 1, 1}, 0.25f});
+  const Braid braid = plait(ClusterId(7u), std::span(&set, 1));
+  const std::vector<double> share{0, .5};
+  const double bright =
+      luminance({radiosity(1, 0, 0), radiosity(1, 0, 1), radiosity(1, 0, 2)});
+  for (const double escape : {0.0, 0.25}) {
+    trees_[1].head.escape = escape;
+    record_.emplace(7, trees_);
+    slots_.reset(receiver_.elements.size(), kK);
+    gather(braid, braid.strands[0], {record_->view(), {}, share}, kOrder, receiver_.elements, kNoCap,
+           slots_, mean_, details_);
+    const double more = escape > 0 ? 0 : .5 * luminance(trees_[1].head.reflectance) * 6;
+    for (int c = 0; c < kChannels; ++c)
+      EXPECT_NEAR(slot(2, 0, c), .25 * radiosity(1, 0, c) * (1 + more / bright), 1e-12);
+  }
+}
+
 // Strands of a braid are the sets of its receiver's patches, those without links left out.
 TEST_F(Gather, PlaitedSetsAreTheStrands) {
   LinkSet none, thin, both;
@@ -120,7 +163,7 @@ TEST_F(Gather, PlaitedSetsAreTheStrands) {
     const std::vector<double> alone = slots_.g;
     slots_.reset(receiver_.elements.size(), kK);
     gather(braid, braid.strands[i], {record_->view(), {}}, kOrder, receiver_.elements, kNoCap, slots_,
-           mean_);
+           mean_, details_);
     EXPECT_EQ(slots_.g, alone);
   }
 }
