@@ -40,8 +40,8 @@ constexpr RecordId kEquilibriumRecord = record_id(RecordKind::kEquilibrium, 0);
 constexpr std::uint64_t kForesight = 1 << 16;
 
 // The radiosity scheduler: "the conceptual center of the system". [THFH94 §4]
-// It walks from cluster to cluster, sweep by sweep. What comes after a sweep is for levels.h to say,
-// and run_report.h tells of it.
+// It walks from cluster to cluster, sweep by sweep. What comes after a sweep is for levels.h to
+// say, and run_report.h tells of it.
 class Scheduler {
  public:
   Scheduler(const SolveOptions& options, const ProgressCallback& progress, const LogCallback& log)
