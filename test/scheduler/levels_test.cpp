@@ -158,6 +158,14 @@ TEST_F(Levels, IterationsThatAreCountedOutAreSharedByTheLevels) {
   EXPECT_EQ(cursor_.done, 0u);  // with a higher limit it goes on
 }
 
+// A coarse level that has settled before its share is used up: the next one, without an estimate.
+TEST_F(Levels, WhereIterationsAreCountedOutCoarseLevelsAreNotJudged) {
+  options_.iterations = 30;
+  EXPECT_TRUE(sweep(kBelow * kCoarseRest).level_begins);
+  EXPECT_EQ(cursor_.phase, Phase::kLinks);
+  EXPECT_EQ(cursor_.level, 1u);
+}
+
 // Fewer iterations than levels: each has one, and the limit holds.
 TEST_F(Levels, TwoIterationsAreOneOfEachOfTwoLevels) {
   options_.iterations = 2;
@@ -207,6 +215,26 @@ TEST_F(Levels, AnAnswerThatIsTakenSettlesFirst) {
   EXPECT_EQ(cursor_.phase, Phase::kJudge);
   EXPECT_EQ(estimate(kBelow * options_.error).stop, Stop::kConverged);
   EXPECT_EQ(static_cast<Stop>(cursor_.done), Stop::kConverged);
+}
+
+// Settled, its estimate is above what was asked after all: the next level starts as any other, and
+// is to settle as little.
+TEST_F(Levels, AnAnswerThatSettlesToAWorseOneIsNotTaken) {
+  be_at(1);
+  cursor_.rest = kAbove * kTakenRest;
+  ASSERT_FALSE(estimate(kBelow * options_.error).level_begins);
+  ASSERT_TRUE(estimate(1.5 * options_.error).level_begins);
+  EXPECT_EQ(cursor_.level, 2u);
+  sweep(kBelow * kFineRestOfError * options_.error);
+  EXPECT_EQ(cursor_.phase, Phase::kJudge);
+}
+
+// No sweep follows on a local pass: what it mended is judged, and taken, as it is.
+TEST_F(Levels, AnAnswerThatWasMendedIsTakenAtOnce) {
+  be_at(kLast);
+  cursor_.rest = kAbove * kTakenRest;
+  cursor_.mended = 1;
+  EXPECT_EQ(estimate(kBelow * options_.error).stop, Stop::kConverged);
 }
 
 TEST_F(Levels, SettlingHasAnEnd) {
@@ -291,6 +319,14 @@ TEST_F(Levels, TheLastLevelIsMadeAsFineAsItsOwnBeforeItIsMended) {
   EXPECT_EQ(cursor_.tightened, 0u);
 }
 
+// Few links are refined sooner than a local pass is made.
+TEST_F(Levels, FewLinksThatAreNotTheFinestAreMadeFiner) {
+  const double found = kBelow * kMendedByPass * options_.error;
+  be_at(kLast, 2);
+  const ErrorEstimate estimate{.error = found, .low = found, .high = found};
+  EXPECT_TRUE(after_estimate(cursor_, options_, estimate, kFewLinks - 1).level_begins);
+}
+
 // ---- How closely the error is looked at.
 
 TEST_F(Levels, FewLinksAreLookedAtBriefly) {
@@ -298,6 +334,23 @@ TEST_F(Levels, FewLinksAreLookedAtBriefly) {
   EXPECT_TRUE(needs_look(0, cursor_, options_, {}, kFewLinks - 1));
   EXPECT_FALSE(needs_look(0, cursor_, options_, {}, kFewLinks));
   EXPECT_EQ(looks({}, 0.1, 0.2, kFewLinks - 1), 1u);
+}
+
+TEST_F(Levels, WhatWasNeverLookedAtIs) {
+  cursor_.unseen = 0;
+  EXPECT_TRUE(needs_look(1, cursor_, options_, {.error = 1}, kManyLinks));
+}
+
+// A coarse level of few links: to make finer ones costs less than to look until it is clear. Of
+// many, it is looked at as closely as may be.
+TEST_F(Levels, ACoarseLevelOfFewLinksIsJudgedBriefly) {
+  cursor_.phase = Phase::kJudge;
+  const double asked = options_.error;
+  cursor_.unseen = 1;
+  EXPECT_EQ(looks({}, kBelow * asked, kAbove * asked, kFewLinks - 1), 1u);
+  cursor_.unseen = 1;
+  EXPECT_EQ(looks({}, kBelow * asked, kAbove * asked, kManyLinks), 2u);
+  EXPECT_TRUE(needs_look(0, cursor_, options_, {}, kFewLinks - 1));
 }
 
 TEST_F(Levels, AVagueIntervalIsLookedAtOnceMore) {
@@ -314,6 +367,15 @@ TEST_F(Levels, WhatDecidesIsLookedAtUntilItIsClear) {
   EXPECT_EQ(looks({}, kBelow * asked, kAbove * asked, kFewLinks - 1), 2u);
   cursor_.unseen = 1;
   EXPECT_EQ(looks({}, kAbove * asked, 1.5 * asked, kFewLinks - 1), 1u);
+}
+
+// What the coarse system adds after a level's first sweep is seen after its second: until then all
+// is unseen. From there on it is what sweeps change.
+TEST_F(Levels, WhatSweepsChangeIsUnseen) {
+  for (const double unseen : {1.0, 1.0, 1.2, 1.3}) {
+    sweep(cursor_.sweep == 3 ? 0.1 : 0.2);
+    EXPECT_NEAR(cursor_.unseen, unseen, 1e-12);
+  }
 }
 
 // What is known holds until sweeps have changed a tenth of it, to be judged by; for a line of the
