@@ -26,8 +26,8 @@ constexpr double kEvenEnough = 0.5;
 constexpr double kRadiusOfDistance = 0.25;
 constexpr int kMostCuts = 7;
 // Below this share the kernel at its centre stands for all of a source: it errs by the share's
-// square. Of elements, which are many, the quadrature's nodes do up to the share that pieces are cut
-// at: they err by its fourth power, 1e-4.
+// square. Of elements, which are many, the quadrature's nodes do up to the share that pieces are
+// cut at: they err by its fourth power, 1e-4.
 constexpr double kFar = 0.02;
 // A piece that is due less than this share of a ray gets one by chance.
 constexpr double kSureOfRay = 0.125;

@@ -437,7 +437,8 @@ double root(double square) { return std::sqrt(std::max(0.0, square)); }
 // are more than noise.
 double bound(const Jackknifed& square, int side) {
   const double spread = side * kQuantile * square.standard_error;
-  if (square.value > square.standard_error) return root(square.value) * std::exp(0.5 * spread / square.value);
+  if (square.value > square.standard_error)
+    return root(square.value) * std::exp(0.5 * spread / square.value);
   return root(square.value + spread);
 }
 

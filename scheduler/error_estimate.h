@@ -17,8 +17,9 @@
 // What chance adds is taken off: the fresh gathers' own variance by their replicates, that of the
 // smooth part by a jackknife over groups of points, which gives the interval too. [Efron 82]
 //
-// Errors have heavy tails: a few points hold much of the mean square. No single one is let decide it,
-// which would make the estimate jump from seed to seed; the interval's upper end counts all in full.
+// Errors have heavy tails: a few points hold much of the mean square. No single one is let decide
+// it, which would make the estimate jump from seed to seed; the interval's upper end counts all in
+// full.
 //
 // Deterministic in the seed; the same bits for any number of threads and any arena. One caller.
 #pragma once

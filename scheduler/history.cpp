@@ -27,8 +27,8 @@ const char* name(SidesChoice s) {
   return s == SidesChoice::kAuto ? "auto" : s == SidesChoice::kOne ? "one" : "two";
 }
 
-// What looking through tubes saved. The yardstick, `rays_untubed`, is what the same pairs would have
-// taken without: sixteen rays for every pair looked at closely, be it split, linked or dropped
+// What looking through tubes saved. The yardstick, `rays_untubed`, is what the same pairs would
+// have taken without: sixteen rays for every pair looked at closely, be it split, linked or dropped
 // after, and one for every thin one, which gets no more here either.
 Json visibility_json(const RefineCounters& c) {
   constexpr std::uint64_t kRaysALink = 16;
@@ -127,7 +127,8 @@ std::string summary_json(const SolveSummary& s) {
   j["stop_reason"] = s.stop_reason;
   j["exit_code"] = s.exit_code;
   j["left_out"] = Json::array();
-  for (const LeftOut& l : s.left_out) j["left_out"].push_back({{"feature", l.feature}, {"why", l.why}});
+  for (const LeftOut& l : s.left_out)
+    j["left_out"].push_back({{"feature", l.feature}, {"why", l.why}});
   j["threads"] = s.threads;
   j["checkpoints"] = s.checkpoints;
   j["resumes"] = s.resumes;

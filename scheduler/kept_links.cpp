@@ -14,7 +14,8 @@ RecordId braids_of(ClusterId receiver) { return record_id(RecordKind::kBraids, r
 
 KeptLinks::KeptLinks(ClusterStore& store, std::size_t clusters, std::uint64_t budget)
     : store_(store), budget_(budget), kept_(clusters) {
-  for (std::size_t c = 0; c < clusters; ++c) kept_[c].on_disk = store.contains(braids_of(ClusterId(c)));
+  for (std::size_t c = 0; c < clusters; ++c)
+    kept_[c].on_disk = store.contains(braids_of(ClusterId(c)));
 }
 
 Result<std::vector<Braid>*> KeptLinks::of(ClusterId receiver) {

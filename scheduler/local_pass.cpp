@@ -16,8 +16,8 @@ namespace atrium {
 
 namespace {
 
-// Of a difference d whose noise has the variance v, 1 - kDoubted v / d² is believed: at 1 the risk is
-// least for a difference known to be there, most are none.
+// Of a difference d whose noise has the variance v, 1 - kDoubted v / d² is believed: at 1 the risk
+// is least for a difference known to be there, most are none.
 constexpr double kDoubted = 3;
 // Independent parts of a node's rays.
 constexpr int kReplicates = 2;

@@ -1,11 +1,11 @@
-// Local pass: what the links got wrong, measured by rays and mended. Once the sweeps have settled, E
-// is gathered afresh at the nodes of every leaf (fresh_gather.h). What that differs by from what
+// Local pass: what the links got wrong, measured by rays and mended. Once the sweeps have settled,
+// E is gathered afresh at the nodes of every leaf (fresh_gather.h). What that differs by from what
 // the links brought is the residual of the transport equation: shadows that no segment met, light
 // that was lost on the way; and noise. Along each patch's tree it is split into the mean over the
 // patch and the differences between the halves of elements, each with its own variance, and each
-// is believed by as much as it stands out of the noise: a patch's mean, over thousands of rays, nearly
-// in full, a single leaf's only where it is large. [local pass: Lischinski, Tampieri & Greenberg 93
-// §4; shrinkage of wavelet coefficients: Donoho & Johnstone 95]
+// is believed by as much as it stands out of the noise: a patch's mean, over thousands of rays,
+// nearly in full, a single leaf's only where it is large. [local pass: Lischinski, Tampieri &
+// Greenberg 93 §4; shrinkage of wavelet coefficients: Donoho & Johnstone 95]
 //
 // In two sweeps, so that what is measured is all of one solution, whatever the order and wherever a
 // run is stopped: the first writes what is to be mended to records beside the clusters', the second

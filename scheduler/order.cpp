@@ -65,8 +65,8 @@ Sequence source_order(const Model& model, std::uint64_t) {
 }
 
 // "Consecutive cells are chosen by selecting the neighbor cell whose intervening boundary has the
-// largest transparent area", among those not visited yet; where there is none, the walk goes on from
-// the most recent cell that still has one.
+// largest transparent area", among those not visited yet; where there is none, the walk goes on
+// from the most recent cell that still has one.
 std::vector<CellId> walk_cells(const Model& model) {
   const std::size_t n = model.cells.size();
   struct Door {

@@ -16,8 +16,8 @@ class PatchGrid {
 
   double margin() const { return margin_; }
 
-  // The patch side nearest to x within `tolerance` whose front the normal points away from; of two as
-  // near, one that is not inert, then the first. None if there is none.
+  // The patch side nearest to x within `tolerance` whose front the normal points away from; of two
+  // as near, one that is not inert, then the first. None if there is none.
   std::optional<PatchId> find(const Vec3& x, const Vec3& normal, double tolerance) const;
 
  private:

@@ -87,8 +87,9 @@ void plan_groups(const SolveOptions& options, const Prepared& p, Plan& plan) {
                     " small patches or more that could stand for one another"});
 }
 
-// The largest cluster's record, one of many small patches, grows by less than this factor from its first
-// form to a solution of a few percent. Where it grows by more, the store says so and what would do.
+// The largest cluster's record, one of many small patches, grows by less than this factor from its
+// first form to a solution of a few percent. Where it grows by more, the store says so and what
+// would do.
 constexpr std::size_t kGrowth = 3;
 
 void plan_memory(const SolveOptions& options, const Model& model, Plan& plan) {
@@ -107,8 +108,8 @@ void plan_memory(const SolveOptions& options, const Model& model, Plan& plan) {
                              : std::max<std::uint64_t>(options.memory / 4, plan.smallest_arena);
 }
 
-// A solution is on disk as the last root has it and as the next one will. What an element tree grows
-// to goes with one over the error: measured at most .2 ÷ error times its first form.
+// A solution is on disk as the last root has it and as the next one will. What an element tree
+// grows to goes with one over the error: measured at most .2 ÷ error times its first form.
 void plan_disk(const SolveOptions& options, const Model& model, Plan& plan) {
   constexpr double kGrowthByError = 0.2;
   constexpr double kCopies = 2;
@@ -116,7 +117,8 @@ void plan_disk(const SolveOptions& options, const Model& model, Plan& plan) {
                         model.patches.size() * sizeof(Patch) +
                         model.visible.items.size() * sizeof(ClusterId);
   for (const Cluster& c : model.clusters)
-    first += ClusterStore::arena_cost(first_record_bytes(model, c, options.basis, plan.dense)) + kGranule;
+    first += ClusterStore::arena_cost(first_record_bytes(model, c, options.basis, plan.dense)) +
+             kGranule;
   plan.smallest_disk = first;
   plan.disk = static_cast<std::uint64_t>(
       static_cast<double>(plan.smallest_disk) +
@@ -126,7 +128,8 @@ void plan_disk(const SolveOptions& options, const Model& model, Plan& plan) {
 void plan_left_out(const SolveOptions& options, const Prepared& p, Plan& plan) {
   const Model& m = p.model;
   if (m.cells.size() <= 1)
-    plan.left_out.push_back({"portals", "the scene is one cell: everything in it may see everything"});
+    plan.left_out.push_back(
+        {"portals", "the scene is one cell: everything in it may see everything"});
   const std::uint32_t empty = forces(options, kRays) ? 0 : count_rooms_without_rays(m);
   if (empty > 0)
     plan.left_out.push_back({kRays, std::to_string(empty) + " of " + std::to_string(m.rooms) +
@@ -171,7 +174,8 @@ Status validate(const SolveOptions& o) {
     return Status(Code::kUsage, "", option, why, remedy);
   };
   if (o.scene.files.empty()) return refuse("SCENE", "no scene file", "name at least one");
-  if (!(o.error > 0 && o.error < 1)) return refuse("--error", "not above 0% and below 100%", "try 2%");
+  if (!(o.error > 0 && o.error < 1))
+    return refuse("--error", "not above 0% and below 100%", "try 2%");
   if (o.basis < 1 || o.basis > kMaxOrder)
     return refuse("--basis", "order " + std::to_string(o.basis) + " is not built",
                   "use 1 to " + std::to_string(kMaxOrder));
@@ -214,7 +218,8 @@ Result<Prepared> prepare(const SolveOptions& options) {
   const double pairs = double(plan.clusters) * double(plan.clusters);
   plan.visible_share = pairs > 0 ? p.model.visible.items.size() / pairs : 0;
   plan.mean_irradiance_guess = p.light.irradiance;
-  // No element need be smaller than this share of what a surface sees: 3 mm where rooms have 100 m².
+  // No element need be smaller than this share of what a surface sees: 3 mm where rooms have
+  // 100 m².
   constexpr double kSmallestEdge = 1.0 / 3000;
   plan.min_edge =
       options.min_edge > 0 ? options.min_edge : kSmallestEdge * std::sqrt(p.light.reference_area);

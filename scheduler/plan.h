@@ -32,8 +32,8 @@ Result<Prepared> prepare(const SolveOptions& options);
 // Options that contradict themselves or the machine: kUsage.
 Status validate(const SolveOptions& options);
 
-// The features that --force switches on: ray structures in convex empty rooms; face groups in clusters
-// that are not dense.
+// The features that --force switches on: ray structures in convex empty rooms; face groups in
+// clusters that are not dense.
 inline constexpr char kRays[] = "rays";
 inline constexpr char kGroups[] = "groups";
 bool forces(const SolveOptions& options, const std::string& feature);

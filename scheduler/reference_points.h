@@ -1,6 +1,6 @@
-// Points with known irradiance, and how far a solution is from them: the project's one definition of
-// error, |E − E_true| in luminance over the larger of E_true and its mean, root mean square over the
-// points, the reference's own noise taken out in quadrature.
+// Points with known irradiance, and how far a solution is from them: the project's one definition
+// of error, |E − E_true| in luminance over the larger of E_true and its mean, root mean square over
+// the points, the reference's own noise taken out in quadrature.
 #pragma once
 
 #include <string>
@@ -15,8 +15,8 @@ namespace atrium {
 
 class ReferencePoints {
  public:
-  // CSV with a header of at least x,y,z,nx,ny,nz,Er,Eg,Eb; seEr,seEg,seEb where known. Errors: kUsage
-  // with the line.
+  // CSV with a header of at least x,y,z,nx,ny,nz,Er,Eg,Eb; seEr,seEg,seEb where known. Errors:
+  // kUsage with the line.
   static Result<ReferencePoints> read(const std::string& path, const Scene& scene,
                                       const Model& model);
   // The error over the points that lie on a surface; reads cluster records.

@@ -1,6 +1,6 @@
-// StatusPage: where a run stands, for other processes to look at: one page, the file `status` of the
-// run directory, renewed as the solve goes on. No lock: the page bears its own hash, and a reader
-// that meets a half-written one looks again.
+// StatusPage: where a run stands, for other processes to look at: one page, the file `status` of
+// the run directory, renewed as the solve goes on. No lock: the page bears its own hash, and a
+// reader that meets a half-written one looks again.
 //
 // It is written and read in one call each and not through a mapping, so that it goes through the
 // same Disk as everything else, and a full disk is an error and not a signal.

@@ -1,6 +1,6 @@
-// Working set: what a gather needs in memory at once. The receiver's trees, taken out of its record;
-// the blockers of all that stands in cells it can see, with their shaft index and ray structure; one
-// source at a time, pinned in the arena. [THFH94 §4 figure 2, §5]
+// Working set: what a gather needs in memory at once. The receiver's trees, taken out of its
+// record; the blockers of all that stands in cells it can see, with their shaft index and ray
+// structure; one source at a time, pinned in the arena. [THFH94 §4 figure 2, §5]
 //
 // Receivers of one room share a RayWorld, of all that anything in the room may see; which one a
 // receiver uses is a function of the model alone, never of arena, threads or history.
