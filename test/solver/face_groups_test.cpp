@@ -12,12 +12,12 @@
 #include "solver/form_factor.h"
 #include "solver/gather.h"
 #include "solver/refine.h"
+#include "test/solver/settings.h"
 #include "test/solver/trees.h"
 
 namespace atrium::testing {
 namespace {
 
-constexpr double kNoCap = 1e30;
 constexpr double kTile = 0.1;  // m
 
 // Square tiles in rows and columns that together face up at height z, from (x0, y0) on.
@@ -162,14 +162,6 @@ struct Exchange {
     return sum / area;
   }
 };
-
-RefineSettings settings_of(double threshold) {
-  RefineSettings s;
-  s.threshold = threshold;
-  s.min_edge = 0.002;
-  s.tolerance = 1e-6;
-  return s;
-}
 
 constexpr std::size_t kNever = 1000000;
 
