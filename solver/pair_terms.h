@@ -42,6 +42,9 @@ bool facing(const Site& a, const Site& b, double tolerance);
 // An upper bound, nearly, of the form factor receiver → source.
 double form_factor_bound(const Site& r, const Site& s);
 
+// Mean square over the source of the receiver's sensitivity to it, as its nodes tell.
+double mean_square_over_source(const Site& r, const Site& s, const Kernel& kernel);
+
 // Spread over the source of the receiver's sensitivity to it, as a form factor. A receiver close to
 // a large source sees mostly a part of it, near which there need be no node: a lamp's back sees the
 // spot of the ceiling that it lights.

@@ -51,16 +51,22 @@ double form_factor_bound(const Site& r, const Site& s) {
   return std::min(1.0, s.area / (std::numbers::pi * gap2 + 1e-300));
 }
 
-double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
+double mean_square_over_source(const Site& r, const Site& s, const Kernel& kernel) {
   double sum = 0;
   for (int l = 0; l < kernel.columns; ++l) {
     double at = 0;
     for (int k = 0; k < kernel.rows; ++k) at += r.weight[k] * kernel.g[k][l];
     sum += squared(at) / s.weight[l];
   }
+  return sum;
+}
+
+double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
+  const double mean_square = mean_square_over_source(r, s, kernel);
   const Vec3 gap = r.center - nearest_point(s, r.center);
   const double part = std::min(1.0, (r.area + std::numbers::pi * dot(gap, gap)) / s.area);
-  return std::sqrt(std::max({0.0, sum - squared(kernel.mean), (1 - part) * squared(kernel.mean)}));
+  return std::sqrt(
+      std::max({0.0, mean_square - squared(kernel.mean), (1 - part) * squared(kernel.mean)}));
 }
 
 double darkest_row(const Kernel& kernel) {

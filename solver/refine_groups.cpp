@@ -82,13 +82,8 @@ double missed_by_nodes(const Outlook& r, const Outlook& s, double bound, double 
 
 // How a transfer varies over a group's faces, from what its nodes send.
 double spread_over_nodes(const Site& r, const Site& s, const Kernel& kernel) {
-  double sum = 0;
-  for (int l = 0; l < kernel.columns; ++l) {
-    double at = 0;
-    for (int k = 0; k < kernel.rows; ++k) at += r.weight[k] * kernel.g[k][l];
-    sum += squared(at) / s.weight[l];
-  }
-  return std::sqrt(kOfSample * std::max(0.0, sum - squared(kernel.mean)));
+  const double mean_square = mean_square_over_source(r, s, kernel);
+  return std::sqrt(kOfSample * std::max(0.0, mean_square - squared(kernel.mean)));
 }
 
 // A group close over a large element lights a spot of it that need hold no node. How much arrives

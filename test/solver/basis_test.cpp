@@ -77,26 +77,26 @@ TEST(Basis, FirstFunctionIsOneEverywhere) {
   }
 }
 
-// A square of edge a: φ1 = √12 (x - a/2) / a.
-TEST(Basis, OfASquareIsScaledLegendre) {
-  Patches patches(2);
+// The functions of a square of edge 3, at a corner of it.
+BasisValues at_corner_of_square(int order) {
+  Patches patches(order);
   const PatchTree tree =
       patches.tree(patches.add(in_plane(std::vector<Vec2>{{0, 0}, {3, 0}, {3, 3}, {0, 3}})));
   const PatchView v = tree.view();
   const Vec2 corner = v.polygon(tree.elements[0])[2];
-  const BasisValues f = evaluate_basis(v.basis_of(0), tree.elements[0], 2, corner);
+  return evaluate_basis(v.basis_of(0), tree.elements[0], order, corner);
+}
+
+// A square of edge a: φ1 = √12 (x - a/2) / a.
+TEST(Basis, OfASquareIsScaledLegendre) {
+  const BasisValues f = at_corner_of_square(2);
   EXPECT_NEAR(std::abs(f[1]), std::sqrt(3.0), 1e-14);
   EXPECT_NEAR(std::abs(f[2]), std::sqrt(3.0), 1e-14);
 }
 
 // A square of edge a: φ3 to φ5 are √5 P2(x), 3 x y and √5 P2(y), P2 of Legendre, at a corner 1.
 TEST(Basis, QuadraticsOfASquareAreProductsOfLegendres) {
-  Patches patches(3);
-  const PatchTree tree =
-      patches.tree(patches.add(in_plane(std::vector<Vec2>{{0, 0}, {3, 0}, {3, 3}, {0, 3}})));
-  const PatchView v = tree.view();
-  const Vec2 corner = v.polygon(tree.elements[0])[2];
-  const BasisValues f = evaluate_basis(v.basis_of(0), tree.elements[0], 3, corner);
+  const BasisValues f = at_corner_of_square(3);
   EXPECT_NEAR(std::abs(f[3]), std::sqrt(5.0), 1e-13);
   EXPECT_NEAR(std::abs(f[4]), 3, 1e-13);
   EXPECT_NEAR(std::abs(f[5]), std::sqrt(5.0), 1e-13);

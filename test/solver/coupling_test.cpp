@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <numbers>
 
 #include "solver/form_factor.h"
@@ -45,6 +46,14 @@ double k00(const Site& r, const Site& s) {
   float out[9];
   couple(r, s, make_kernel(r, s), 1, out);
   return out[0];
+}
+
+// Unit squares that face each other.
+std::array<PatchTree, 2> floor_and_ceiling(int order, double height) {
+  Patches patches(order);
+  const PatchId floor = patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}));
+  const PatchId ceiling = patches.add(parallelogram({0, 0, height}, {0, 1, 0}, {1, 0, 0}));
+  return {patches.tree(floor), patches.tree(ceiling)};
 }
 
 // A row of a closed room sums to 1: every node's directions all end on some element.
@@ -194,9 +203,7 @@ TEST(Coupling, NothingFromBehindAndNothingWithinAPlane) {
 
 // Visibility enters pair by pair: two complementary masks add up to all.
 TEST(Coupling, MasksAddUp) {
-  Patches patches(2);
-  const PatchTree r = patches.tree(patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0})));
-  const PatchTree s = patches.tree(patches.add(parallelogram({0, 0, 1}, {0, 1, 0}, {1, 0, 0})));
+  const auto [r, s] = floor_and_ceiling(2, 1);
   const Site a = make_site(r.view(), 0), b = make_site(s.view(), 0);
   const Kernel kernel = make_kernel(a, b);
   float all[9], none[9], some[9], rest[9];
@@ -216,9 +223,7 @@ TEST(Coupling, MasksAddUp) {
 // Sixteen segments between four eyes on either side stand for all node pairs: a blocker that hides
 // one half of the receiver's eyes hides about that half of its nodes, and all of it nothing else.
 TEST(Coupling, NodesSeeWhatTheEyesAboutThemSee) {
-  Patches patches(3);
-  const PatchTree r = patches.tree(patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0})));
-  const PatchTree s = patches.tree(patches.add(parallelogram({0, 0, 9}, {0, 1, 0}, {1, 0, 0})));
+  const auto [r, s] = floor_and_ceiling(3, 9);
   const Site a = make_site(r.view(), 0), b = make_site(s.view(), 0);
   const Kernel open = make_kernel(a, b);
   const VisibleMask all = facing_lanes(a, b, open);
@@ -243,9 +248,7 @@ TEST(Coupling, NodesSeeWhatTheEyesAboutThemSee) {
 // A floor and a ceiling of one metre, a sheet of 0.4 × 0.5 half way: a point of either sees of the
 // other what the sheet's shadow, twice its size, leaves of it.
 TEST(Coupling, PastASheetEachNodeSeesWhatItsShadowLeaves) {
-  Patches patches(2);
-  const PatchTree r = patches.tree(patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0})));
-  const PatchTree s = patches.tree(patches.add(parallelogram({0, 0, 1}, {0, 1, 0}, {1, 0, 0})));
+  const auto [r, s] = floor_and_ceiling(2, 1);
   const Site floor = make_site(r.view(), 0), ceiling = make_site(s.view(), 0);
   const Polygon sheet = parallelogram({.3, .2, .5}, {.4, 0, 0}, {0, .5, 0});
   const std::vector<BlockerPolygon> all{{sheet, 0}};
@@ -304,9 +307,7 @@ TEST(Coupling, WhatIsSeenComesFromWhereItIsSeen) {
 // A source cut in two sends what it sent whole, to the same basis functions of the whole.
 TEST(Coupling, PartsOfASourceAddUpToIt) {
   for (const int order : {2, 3}) {
-    Patches patches(order);
-    const PatchTree r = patches.tree(patches.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0})));
-    const PatchTree s = patches.tree(patches.add(parallelogram({0, 0, 3}, {0, 1, 0}, {1, 0, 0})));
+    const auto [r, s] = floor_and_ceiling(order, 3);
     const Site a = make_site(r.view(), 0), whole = make_site(s.view(), 0);
     const std::span<const Vec2> o = s.view().polygon(s.elements[0]);
     ASSERT_EQ(o.size(), 4u);

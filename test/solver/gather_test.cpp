@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "test/solver/settings.h"
 #include "test/solver/trees.h"
 
 namespace atrium::testing {
@@ -12,7 +13,6 @@ namespace {
 class Gather : public ::testing::Test {
  protected:
   static constexpr int kOrder = 2, kK = 3;
-  static constexpr double kNoCap = 1e30;
 
   Gather() : patches_(kOrder) {
     patches_.add(parallelogram({0, 0, 0}, {1, 0, 0}, {0, 1, 0}), {Spectrum{.5}, Spectrum{0}});

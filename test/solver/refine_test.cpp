@@ -11,12 +11,11 @@
 #include "engine/squared.h"
 #include "solver/form_factor.h"
 #include "solver/gather.h"
+#include "test/solver/settings.h"
 #include "test/solver/trees.h"
 
 namespace atrium::testing {
 namespace {
-
-constexpr double kNoCap = 1e30;
 
 // One source that sends 1 lm/m² to one receiver, blockers between.
 struct Transfer {
@@ -31,14 +30,6 @@ struct Outcome {
   RefineCounters counters;
   double mean() const { return tree.e[0]; }  // E, which is the form factor
 };
-
-RefineSettings settings_of(double threshold) {
-  RefineSettings s;
-  s.threshold = threshold;
-  s.min_edge = 0.002;
-  s.tolerance = 1e-6;
-  return s;
-}
 
 Outcome carry_out(const Transfer& t, const RefineSettings& settings) {
   Patches patches(t.order);
