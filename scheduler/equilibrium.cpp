@@ -133,9 +133,10 @@ void Equilibrium::gathered(ClusterId receiver, std::span<const PatchGain> patche
 // Was what the unit was given in advance borne out by its gather, which changed it by so much more?
 void Equilibrium::judge_correction(std::size_t u, const Spectrum& change) {
   const double given = luminance(pending_[u]), more = luminance(change);
-  const bool taken_back = given * more < 0 && std::abs(more) > kTakenBack * std::abs(given);
-  const bool settles = std::abs(more) < kSettles * std::abs(luminance(change_[u]));
-  const double trust = trust_[u] * (taken_back && !settles ? kLessTrust : kMoreTrust);
+  const double last = std::abs(luminance(change_[u]));
+  const bool taken_back = given * more < 0 && std::abs(more) > kTakenBack * std::abs(given) &&
+                          std::abs(more) >= kSettles * last;
+  const double trust = trust_[u] * (taken_back ? kLessTrust : kMoreTrust);
   trust_[u] = std::clamp(trust, kLeastTrust, 1.0);
 }
 
@@ -200,7 +201,7 @@ void Equilibrium::solve_channel(int channel, double reach, std::span<const Spect
 void Equilibrium::forget() {
   last_change_ = 0;
   sweeps_ = 0;
-  for (auto* sums : {&missed_, &sent_, &left_out_, &detail_share_}) sums->assign(units(), 0);
+  for (auto* sums : {&missed_, &sent_, &left_out_}) sums->assign(units(), 0);
 }
 
 bool Equilibrium::later(std::uint32_t v, std::uint32_t u) const {
