@@ -20,7 +20,7 @@ using generator::ModelBuilder;
 
 constexpr double kPi = std::numbers::pi;
 // A single point may be off by four times the root mean square that is asked for.
-constexpr double kAsked = 0.0025, kAllowed = 0.01;
+constexpr double kAsked = 0.0045, kAllowed = 0.01;
 
 constexpr double kFlux = 10000;      // lm
 constexpr double kLuminance = 1000;  // cd/m²
