@@ -18,6 +18,10 @@
 // sweeps are modes inside of units; mixing the last sweeps' unit means (Anderson) does not see
 // them, and made things worse.
 //
+// Two things are learnt by unit from sweep to sweep. Trust: a correction that the unit's gather
+// takes back is taken in part the next time; a mean does not tell what a patch sees that sees one
+// corner of a unit. Shares of detail: what links from coarse elements leave out (solver/gather.h).
+//
 // Not thread safe, apart from reading what is pending.
 #pragma once
 
@@ -132,21 +136,21 @@ class Equilibrium {
   void solve_channel(int channel, double reach, std::span<const Spectrum> residual,
                      std::span<Spectrum> x) const;
 
-  std::vector<std::uint32_t> unit_of_patch_;  // by PatchId
-  std::vector<std::uint32_t> first_patch_;    // by cluster, one more at the end
-  std::vector<std::uint32_t> first_unit_;     // by cluster, one more at the end
-  std::vector<std::uint32_t> rank_;           // by unit: its cluster's place in the order
-  std::vector<double> area_;                  // m², by unit
-  std::vector<std::vector<CoarseEntry>> k_;   // rows by unit, ascending
-  std::vector<Spectrum> change_;              // lx, of this sweep, by unit
-  std::vector<Spectrum> beyond_;              // lx, of change_, by unit
-  double reach_;                              // bounces that a correction looks ahead
-  double last_change_ = 0;                    // of this level; 0: none yet
-  std::vector<Spectrum> pending_;             // lx, by unit
-  std::uint64_t sweeps_ = 0;                  // of this level
+  std::vector<std::uint32_t> unit_of_patch_;      // by PatchId
+  std::vector<std::uint32_t> first_patch_;        // by cluster, one more at the end
+  std::vector<std::uint32_t> first_unit_;         // by cluster, one more at the end
+  std::vector<std::uint32_t> rank_;               // by unit: its cluster's place in the order
+  std::vector<double> area_;                      // m², by unit
+  std::vector<std::vector<CoarseEntry>> k_;       // rows by unit, ascending
+  std::vector<Spectrum> change_;                  // lx, of this sweep, by unit
+  std::vector<Spectrum> beyond_;                  // lx, of change_, by unit
+  double reach_;                                  // bounces that a correction looks ahead
+  double last_change_ = 0;                        // of this level; 0: none yet
+  std::vector<Spectrum> pending_;                 // lx, by unit
+  std::uint64_t sweeps_ = 0;                      // of this level
   std::vector<double> sent_, missed_, left_out_;  // lm, by unit, of this sweep: UnitDetail's
   std::vector<double> detail_share_;              // by unit
-  std::vector<double> trust_;                 // by unit: share of its correction that is taken
+  std::vector<double> trust_;                     // by unit: share of its correction that is taken
 };
 
 }  // namespace atrium

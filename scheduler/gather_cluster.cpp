@@ -119,8 +119,7 @@ std::vector<std::uint32_t> receiving_roots(const Receiver& receiver) {
 
 // 3(d) Install( links in Braid(R, S, T) ).
 Braid make_braid(const GatherTask& task, const Surroundings& around, ClusterId s,
-                 const ClusterView& source, std::span<const Spectrum> pending,
-                 Receiver& receiver) {
+                 const ClusterView& source, std::span<const Spectrum> pending, Receiver& receiver) {
   const SourceRoots from(source, pending);
   const std::size_t patches = receiver.trees.size();
   const std::vector<std::uint32_t> roots = receiving_roots(receiver);
@@ -151,8 +150,8 @@ void gather_strand(const GatherTask& task, const SourceLight& source, const Brai
          receiver.slots[s.patch], receiver.means[s.patch], receiver.details[s.patch]);
 }
 
-// What a braid has brought of its source, by its units. Of faces that groups stand for as well, what
-// links bring is not all.
+// What a braid has brought of its source, by its units. Of faces that groups stand for as well,
+// what links bring is not all.
 void note_sent(const Equilibrium& equilibrium, const SourceLight& light, ClusterId source,
                bool grouped, Receiver& receiver, std::vector<UnitDetail>& sent) {
   const std::span<const std::uint32_t> units = equilibrium.units_of(source);
@@ -185,8 +184,8 @@ void transfer(const GatherTask& task, const SourceLight& source, const Braid& br
 }
 
 // A row sums to what does not leave the scene. Where nothing does that holds for every leaf; where
-// little does, for the patch as a whole, of which it was measured; an open patch's row is left as it is.
-// Rows far beyond would let light grow from bounce to bounce: they are scaled.
+// little does, for the patch as a whole, of which it was measured; an open patch's row is left as
+// it is. Rows far beyond would let light grow from bounce to bounce: they are scaled.
 Closing closing_of(const PatchTree& tree, const RowMean& mean) {
   constexpr double kOpen = 0.1;   // share of directions that leave
   constexpr double kMost = 1.05;  // what the doubts may take off, of what stays
@@ -364,8 +363,8 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   tell(*task.equilibrium, task.receiver, receiver, sums, sent, rows ? &*rows : nullptr);
 
   report.working_set_elements = report.elements + largest_source;
-  report.working_set_bytes = bytes + largest_source * sizeof(Element) +
-                             report.link_bytes + blocker_bytes;
+  report.working_set_bytes =
+      bytes + largest_source * sizeof(Element) + report.link_bytes + blocker_bytes;
   return report;
 }
 

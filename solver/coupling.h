@@ -20,9 +20,9 @@ namespace atrium {
 // A site is looked at from so many points at the most: 16 segments between two, a packet.
 inline constexpr int kMaxEyes = 4;
 
-// A place that sends or receives: an element, or a convex part of one, with its nodes in space; or a
-// group of faces (solver/face_groups.h), which has no outline, its `normal` only an axis. Basis values
-// are those of the element, wherever the part lies in it; a group has its mean alone.
+// A place that sends or receives: an element, or a convex part of one, with its nodes in space; or
+// a group of faces (solver/face_groups.h), which has no outline, its `normal` only an axis. Basis
+// values are those of the element, wherever the part lies in it; a group has its mean alone.
 struct Site {
   std::array<Vec3, kMaxNodes> x;
   std::array<Vec3, kMaxNodes> n;         // unit, at the nodes
@@ -74,11 +74,11 @@ struct Kernel {
   std::array<std::array<double, kMaxNodes>, kMaxNodes> g;
   std::array<double, kMaxNodes> row;
   double center = 0;  // configuration factor at the receiver's centre
-  // The same next to the source, where it may be largest, and at the corner farthest from it: a lamp a
-  // little below a ceiling lights a spot with a narrow rim. Of close pairs only.
+  // The same next to the source, where it may be largest, and at the corner farthest from it: a
+  // lamp a little below a ceiling lights a spot with a narrow rim. Of close pairs only.
   std::array<Probe, 2> probes;
   int probe_count = 0;
-  double mean = 0;    // form factor receiver → source
+  double mean = 0;  // form factor receiver → source
   int rows = 0, columns = 0;
 };
 Kernel make_kernel(const Site& receiver, const Site& source);

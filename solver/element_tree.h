@@ -1,7 +1,7 @@
 // Growing a patch's element tree: the root from its polygon, and the splitting of a leaf. Where a
-// contact line crosses a leaf about its own size, the split runs along it, so that shadows of things
-// that stand on the surface, and walls that meet it, end where elements end; else it runs through
-// the centroid across the longer extent.
+// contact line crosses a leaf about its own size, the split runs along it, so that shadows of
+// things that stand on the surface, and walls that meet it, end where elements end; else it runs
+// through the centroid across the longer extent.
 //
 // Splitting is a pure function of the tree: the same bits in any thread and on any machine state.
 #pragma once

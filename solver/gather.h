@@ -12,8 +12,8 @@
 
 namespace atrium {
 
-// What a patch receives in all, and the mean that closes its row. That the row sums to what does not
-// leave the scene corrects its links by their share of the doubt, as least squares would.
+// What a patch receives in all, and the mean that closes its row. That the row sums to what does
+// not leave the scene corrects its links by their share of the doubt, as least squares would.
 struct RowMean {
   double form_factors = 0;  // Σ F A, m²
   Spectrum light{0};        // Σ doubt min(B, cap): brighter sources are lamps, not the room
@@ -29,10 +29,7 @@ class SourceLight {
   // installed: the source's patches, pending included, that are read in the place of the record's.
   SourceLight(const ClusterView& record, std::span<const Spectrum> pending,
               std::span<const double> detail_share = {}, std::span<const PatchTree> installed = {})
-      : record_(record),
-        pending_(pending),
-        detail_share_(detail_share),
-        installed_(installed) {}
+      : record_(record), pending_(pending), detail_share_(detail_share), installed_(installed) {}
 
   // B = M + ρE, lm/m², coefficient by coefficient; of a group its mean alone.
   std::array<Spectrum, kMaxCoefficients> radiosity(std::uint32_t patch_or_group,
@@ -56,14 +53,14 @@ class SourceLight {
 };
 
 // What a strand's links have brought of one source patch. Light that leaves a patch arrives
-// somewhere, so over all that see it B's detail adds nothing: what links from fine elements bring of
-// it, more or less than the patch's mean would, is what those from coarse ones, which leave it out,
-// should have brought less or more. Left alone, bright spots that light what is near them dim the
-// rest: .2% a bounce in a cube, ten times that in all where ρ = .9.
+// somewhere, so over all that see it B's detail adds nothing: what links from fine elements bring
+// of it, more or less than the patch's mean would, is what those from coarse ones, which leave it
+// out, should have brought less or more. Left alone, bright spots that light what is near them dim
+// the rest: .2% a bounce in a cube, ten times that in all where ρ = .9.
 struct SentDetail {
   std::uint32_t source_patch = 0;
-  double factors = 0;  // m², Σ F A of the receivers
-  double sent = 0;     // lm, luminance
+  double factors = 0;   // m², Σ F A of the receivers
+  double sent = 0;      // lm, luminance
   double left_out = 0;  // lm, Σ F A detail
 };
 

@@ -1,6 +1,6 @@
 // Links and braids. A link carries light to an element of the receiver from an element of a source
-// by a K×K matrix of coupling coefficients, visibility included; a thin link, for transfers too weak
-// to matter in shape, by one number between means. A braid is the set of links between two
+// by a K×K matrix of coupling coefficients, visibility included; a thin link, for transfers too
+// weak to matter in shape, by one number between means. A braid is the set of links between two
 // clusters, sorted by the receiver's patches. [THFH94 §4]
 //
 // Where patches are numbered here, a cluster's face groups (engine/face_group.h) come after its
@@ -28,8 +28,8 @@ struct ThinLink {
   float coupling = 0;
 };
 
-// How unsure the form factors of a patch to one patch of the source are, those that no ray got through
-// included: what the patch's row misses may be there.
+// How unsure the form factors of a patch to one patch of the source are, those that no ray got
+// through included: what the patch's row misses may be there.
 struct Doubt {
   std::uint32_t source_patch = 0;  // local to the source cluster
   float weight = 0;                // m², Σ variance of the form factor × area of the receiver

@@ -1,5 +1,5 @@
-// Cutting convex outlines in a patch's frame by lines, for trees and for quadrature. Pure functions,
-// any thread.
+// Cutting convex outlines in a patch's frame by lines, for trees and for quadrature. Pure
+// functions, any thread.
 #pragma once
 
 #include <array>

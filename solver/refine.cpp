@@ -282,9 +282,10 @@ Variety Refiner::draw(Tube& tube, const Tube* parent, const Site& r, const Site&
   return v;
 }
 
-// Of a transfer so heavy that what sixteen rays leave open may be too much the blockers are asked for:
-// past few it is measured. Others, most of them, take sixteen rays: a tube past a room's furniture
-// costs as much as twenty such packets, and what it could add is far below their threshold.
+// Of a transfer so heavy that what sixteen rays leave open may be too much the blockers are asked
+// for: past few it is measured. Others, most of them, take sixteen rays: a tube past a room's
+// furniture costs as much as twenty such packets, and what it could add is far below their
+// threshold.
 Variety Refiner::look_through(Tube& tube, const Tube* parent, std::int32_t receiver,
                               const Site& site, const Source& source, const Kernel& open,
                               Sight& sight) {
@@ -358,8 +359,8 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
   full_link(receiver, site, source, sight, by_ray);
 }
 
-// What sixteen rays say of a pair that is not wholly seen; sixteen more where they agree and much is
-// at stake.
+// What sixteen rays say of a pair that is not wholly seen; sixteen more where they agree and much
+// is at stake.
 Refiner::Sight Refiner::see(std::int32_t receiver, const Site& site, const Source& source,
                             const Kernel& open) {
   const double transfer = source.radiosity * open.mean;
@@ -482,8 +483,7 @@ void Refiner::full_link(std::int32_t receiver, const Site& site, const Source& s
   const int n = coefficient_count(order_);
   const std::size_t at = out_->couplings.size();
   out_->couplings.resize(at + n * n);
-  couple(site, *source.site, sight.seen, order_,
-         std::span(out_->couplings).subspan(at, n * n));
+  couple(site, *source.site, sight.seen, order_, std::span(out_->couplings).subspan(at, n * n));
   out_->links.push_back({static_cast<std::uint32_t>(receiver), source.patch_index,
                          static_cast<std::uint32_t>(source.element)});
   ++counters_.links;

@@ -4,8 +4,8 @@
 // link is weighed by the radiosity that crosses it, by the light that is there already, and by the
 // receiver's area: what counts is what reaches the picture. [HSA91; facts: error × area^½]
 //
-// Where clusters have face groups, pairs start at those, on either side, and go down to patches where
-// a group will not do (refine_groups.cpp).
+// Where clusters have face groups, pairs start at those, on either side, and go down to patches
+// where a group will not do (refine_groups.cpp).
 //
 // One Refiner works for one receiving patch after the other; several work side by side on others.
 #pragma once
@@ -39,8 +39,8 @@ struct RefineSettings {
 struct SourceRoots {
   std::vector<PatchView> patches;
   std::vector<std::uint32_t> alone;
-  std::vector<Site> sites;  // of those
-  GroupView groups;         // numbered after the patches
+  std::vector<Site> sites;            // of those
+  GroupView groups;                   // numbered after the patches
   std::span<const Spectrum> pending;  // lx, by patch, to be added to E; empty: nothing is
   explicit SourceRoots(const ClusterView& source, std::span<const Spectrum> pending = {});
   SourceRoots() = default;
@@ -83,8 +83,8 @@ class Refiner {
     std::int32_t element = 0;
     bool part = false;
     const Site* site = nullptr;
-    double radiosity = 0;  // lm/m², luminance, mean
-    double detail = 0;     // lm/m², of B's variation below this element
+    double radiosity = 0;              // lm/m², luminance, mean
+    double detail = 0;                 // lm/m², of B's variation below this element
     const FaceGroup* group = nullptr;  // in place of patch and site
   };
   // An element of tree_, or a group of the receiver's.

@@ -30,8 +30,8 @@ constexpr double kApart = 4;
 // What else a group gets wrong, relative to what its nodes differ by: it goes up and down from face
 // to face. Found likewise: 1 took 3% more links for no less error.
 constexpr double kUneven = 0.6;
-// Of the most that a group's faces may get by chance beside what its nodes tell, how much is taken to
-// be missed. Found on institute and hospital: 1 made a tenth more links for no less error.
+// Of the most that a group's faces may get by chance beside what its nodes tell, how much is taken
+// to be missed. Found on institute and hospital: 1 made a tenth more links for no less error.
 constexpr double kMissed = 0.5;
 
 // An end of a pair from afar: what it is of lies within the ball, and looks into the cone.
@@ -137,8 +137,8 @@ void Refiner::descend_group(const Target& target, const Source& source) {
   const Outlook r = target.group ? outlook_of(*target.group) : outlook_of(*target.site);
   const Outlook s = source.group ? outlook_of(*source.group) : outlook_of(*source.site);
   const double factor = form_factor_bound(r, s);
-  const double bound = factor * std::max(source.radiosity + source.detail,
-                                         kDarkest * settings_.mean_irradiance);
+  const double bound =
+      factor * std::max(source.radiosity + source.detail, kDarkest * settings_.mean_irradiance);
   const double most = bound * weight(target, 0);
   if (!(most >= kNegligible * settings_.threshold)) return;
   if (most < kThin * settings_.threshold) return thin_group_link(target, source);
@@ -175,8 +175,7 @@ void Refiner::descend_group(const Target& target, const Source& source) {
   const double drawn = source.group ? source.radiosity * spread / std::sqrt(kGroupNodes) : 0;
   const double sending = std::sqrt(squared(variation) + squared(drawn));
   const double shadow = source.radiosity * sight.shadow;
-  const double by_nodes =
-      missed_by_nodes(r, s, factor, target.group ? r.radius : s.radius);
+  const double by_nodes = missed_by_nodes(r, s, factor, target.group ? r.radius : s.radius);
   const double error =
       std::max(std::sqrt(squared(kUneven) * (squared(receiving) + squared(sending)) +
                          squared(kApart * shadow)),

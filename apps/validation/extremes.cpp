@@ -26,7 +26,7 @@ constexpr double kAsked = 0.01;
 constexpr double kTruth = 0.0025;  // asked where a solve stands for the truth
 // Twins go to the last level: by its estimate one may end a level before the other.
 constexpr double kSettled = 1e-4;
-constexpr double kApart = 0.002;   // from the plain scene
+constexpr double kApart = 0.002;  // from the plain scene
 constexpr int kPoints = 1000;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 

@@ -58,7 +58,8 @@ void expect_same_light(double scale, const Vec3& by, double tolerance, double ot
   const GeneratedModel model = generated({.kind = "cornell"});
   Bench here(model), there(transformed(model, scale, by));
   SolveOptions of_a = asked(here, kAsked), of_b = asked(there, kAsked);
-  of_a.residual = of_b.residual = 1e-5;  // to the last level: an estimate may take one's coarser answer
+  of_a.residual = of_b.residual =
+      1e-5;  // to the last level: an estimate may take one's coarser answer
   SolvedRun a(of_a), b(of_b);
   ASSERT_TRUE(a.ok() && b.ok());
   const double elements = double(a.summary().elements), links = double(a.summary().links);
@@ -84,12 +85,10 @@ void expect_same_light(double scale, const Vec3& by, double tolerance, double ot
 TEST(Scale, ARoomOfAMicrometre) { expect_same_light(std::ldexp(1, -22), {0, 0, 0}, 1e-12, 0); }
 TEST(Scale, ARoomOfAMillionMetres) { expect_same_light(std::ldexp(1, 18), {0, 0, 0}, 1e-12, 0); }
 
-// Coordinates of 1e6 m carry 1e-10 m, 2e-11 of the room: enough to tip a link that stands on the edge
-// of being refined. A few may tip; what they change at any one point stays below a twentieth of the error
-// asked for, root mean square.
-TEST(Scale, ARoomAMillionMetresAway) {
-  expect_same_light(1, {1e6, -1e6, 1e6}, kAsked / 20, 0.002);
-}
+// Coordinates of 1e6 m carry 1e-10 m, 2e-11 of the room: enough to tip a link that stands on the
+// edge of being refined. A few may tip; what they change at any one point stays below a twentieth
+// of the error asked for, root mean square.
+TEST(Scale, ARoomAMillionMetresAway) { expect_same_light(1, {1e6, -1e6, 1e6}, kAsked / 20, 0.002); }
 
 TEST(Darkness, ASceneWithoutLightsIsRefused) {
   Builder b("dark");

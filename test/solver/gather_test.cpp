@@ -106,7 +106,8 @@ TEST_F(Gather, WhatLinksBringOfASourceIsNoted) {
   set.thin.push_back({{1, 1, 2}, 0.5f});
   run(set, kNoCap);
   const auto light = [&](std::size_t element) {
-    return luminance({radiosity(element, 0, 0), radiosity(element, 0, 1), radiosity(element, 0, 2)});
+    return luminance(
+        {radiosity(element, 0, 0), radiosity(element, 0, 1), radiosity(element, 0, 2)});
   };
   const double f1 = .25 * receiver_.elements[2].area, f2 = .5 * receiver_.elements[1].area;
   ASSERT_EQ(details_.size(), 1u);
@@ -123,14 +124,13 @@ TEST_F(Gather, AShareOfTheDetailLeftOutIsBroughtAlong) {
   set.thin.push_back({{2, 1, 1}, 0.25f});
   const Braid braid = plait(ClusterId(7u), std::span(&set, 1));
   const std::vector<double> share{0, .5};
-  const double bright =
-      luminance({radiosity(1, 0, 0), radiosity(1, 0, 1), radiosity(1, 0, 2)});
+  const double bright = luminance({radiosity(1, 0, 0), radiosity(1, 0, 1), radiosity(1, 0, 2)});
   for (const double escape : {0.0, 0.25}) {
     trees_[1].head.escape = escape;
     record_.emplace(7, trees_);
     slots_.reset(receiver_.elements.size(), kK);
-    gather(braid, braid.strands[0], {record_->view(), {}, share}, kOrder, receiver_.elements, kNoCap,
-           slots_, mean_, details_);
+    gather(braid, braid.strands[0], {record_->view(), {}, share}, kOrder, receiver_.elements,
+           kNoCap, slots_, mean_, details_);
     const double more = escape > 0 ? 0 : .5 * luminance(trees_[1].head.reflectance) * 6;
     for (int c = 0; c < kChannels; ++c)
       EXPECT_NEAR(slot(2, 0, c), .25 * radiosity(1, 0, c) * (1 + more / bright), 1e-12);
@@ -162,14 +162,14 @@ TEST_F(Gather, PlaitedSetsAreTheStrands) {
     run(sets[patches[i]], kNoCap);
     const std::vector<double> alone = slots_.g;
     slots_.reset(receiver_.elements.size(), kK);
-    gather(braid, braid.strands[i], {record_->view(), {}}, kOrder, receiver_.elements, kNoCap, slots_,
-           mean_, details_);
+    gather(braid, braid.strands[i], {record_->view(), {}}, kOrder, receiver_.elements, kNoCap,
+           slots_, mean_, details_);
     EXPECT_EQ(slots_.g, alone);
   }
 }
 
-// The mean that closes a row is that of the source patches in doubt, by their doubt; one above the cap
-// counts with its colour but not with its brightness.
+// The mean that closes a row is that of the source patches in doubt, by their doubt; one above the
+// cap counts with its colour but not with its brightness.
 TEST_F(Gather, MeanRadiosityIsThatOfTheDoubtfulAndCapped) {
   LinkSet set;
   set.doubts.push_back({0, 0.25f});
