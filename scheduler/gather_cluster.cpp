@@ -152,14 +152,15 @@ void gather_strand(const GatherTask& task, const SourceLight& source, const Brai
 
 // What a braid has brought of its source, by its units. Of faces that groups stand for as well,
 // what links bring is not all.
-void note_sent(const Equilibrium& equilibrium, const SourceLight& light, ClusterId source,
-               bool grouped, Receiver& receiver, std::vector<UnitDetail>& sent) {
-  const std::span<const std::uint32_t> units = equilibrium.units_of(source);
-  for (std::vector<SentDetail>& details : receiver.details) {
+void note_sent(const Equilibrium& equilibrium, const SourceLight& light, const Braid& braid,
+               Receiver& receiver, std::vector<UnitDetail>& sent) {
+  const std::span<const std::uint32_t> units = equilibrium.units_of(braid.source);
+  for (const Braid::Strand& s : braid.strands) {
+    std::vector<SentDetail>& details = receiver.details[s.patch];
     for (const SentDetail& d : details) {
       if (d.source_patch >= units.size()) continue;  // a group
       const std::uint32_t unit = units[d.source_patch];
-      if (grouped && unit == equilibrium.rest_unit(source)) continue;
+      if (light.grouped() && unit == equilibrium.rest_unit(braid.source)) continue;
       if (sent.empty() || sent.back().unit != unit) sent.push_back({unit});
       const double mean = luminance(light.radiosity(d.source_patch, 0)[0]);
       sent.back().sent += d.sent;
@@ -248,8 +249,7 @@ std::vector<PushPullSums> gather_within(const GatherTask& task, const ClusterVie
     gather_strand(task, by_now, *own, *strand_of[p], receiver);
     sums[p] = push_pull_patch(task, receiver, p);
   }
-  note_sent(*task.equilibrium, by_now, task.receiver, !before.groups().groups.empty(), receiver,
-            sent);
+  if (own) note_sent(*task.equilibrium, by_now, *own, receiver, sent);
   return sums;
 }
 
@@ -332,7 +332,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
       const std::vector<double> shares = task.equilibrium->detail_shares(s);
       const SourceLight light(*source, pending, shares);
       transfer(task, light, braid, receiver);
-      note_sent(*task.equilibrium, light, s, !source->groups().groups.empty(), receiver, sent);
+      note_sent(*task.equilibrium, light, braid, receiver, sent);
     }
     if (rows) rows->add(braid, *source, receiver.trees, receiver.groups.view());
     report.solver_seconds += now() - start;

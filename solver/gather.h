@@ -41,6 +41,8 @@ class SourceLight {
   double detail_share(std::uint32_t patch_or_group) const {
     return patch_or_group < detail_share_.size() ? detail_share_[patch_or_group] : 0;
   }
+  // Do face groups stand for some of its patches?
+  bool grouped() const { return !record_.groups().groups.empty(); }
 
  private:
   PatchView patch(std::uint32_t p) const {

@@ -19,7 +19,7 @@ namespace {
 using generator::ModelBuilder;
 
 constexpr double kPi = std::numbers::pi;
-// A single point may be off by four times the root mean square that is asked for.
+// A single point may be off by about twice the root mean square that is asked for.
 constexpr double kAsked = 0.0045, kAllowed = 0.01;
 
 constexpr double kFlux = 10000;      // lm
