@@ -34,8 +34,9 @@ struct Element {
   Vec2 centroid{0};    // in the patch's frame
   double radius = 0;   // m, of the smallest circle about the centroid that holds the element
   double detail = 0;   // lm/m², root mean square of E's luminance that only the children hold
-  // √ of the share of area beyond the contact line that crosses it, 0 if none does: what a jump of
-  // one across that line leaves, root mean square, if it is not seen.
+  // √ of the share of area beyond the contact line that crosses it, or that contacts within it may
+  // close off, 0 if there are none: what a jump of one there leaves, root mean square, if it is not
+  // seen.
   double crossing = 0;
   std::int32_t child = -1;   // the first of two, patch-local; -1: a leaf
   std::int32_t parent = -1;  // patch-local; -1: the root

@@ -344,7 +344,7 @@ void CoarseRows::add(const Braid& braid, const ClusterView& source,
 
 void CoarseRows::close(std::size_t patch, const PatchTree& tree, const Closing& closing) {
   const std::size_t u = equilibrium_.units_of(receiver_)[patch] - first_;
-  if (closing.how == Closing::How::kNoMore)
+  if (too_much(closing))
     too_much_[u] -= closing.missing * tree.head.area;
   else if (closing.how != Closing::How::kOpen)
     missing_[u] += closing.missing * tree.head.area;

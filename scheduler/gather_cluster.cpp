@@ -99,6 +99,14 @@ void measure_escapes(Receiver& receiver, const RayWorld& world, double tolerance
   });
 }
 
+// The slots follow when all links are made.
+void cut_at_contacts(const GatherTask& task, Receiver& receiver) {
+  tbb::parallel_for(std::size_t(0), receiver.trees.size(), [&](std::size_t p) {
+    if (!receiver.trees[p].head.inert)
+      Refiner(task.refine, Surroundings{}).cut_at_contacts(receiver.trees[p]);
+  });
+}
+
 // Patches that share a refiner, and with it packets of rays: by the receiver's size alone.
 std::size_t patches_a_task(std::size_t patches) {
   constexpr std::size_t kTasks = 16, kMost = 32;
@@ -197,7 +205,7 @@ Closing closing_of(const PatchTree& tree, const RowMean& mean) {
   c.missing = c.whole - row;
   c.mean_radiosity = mean.light / mean.weight;
   if (row > kMost)
-    c.how = Closing::How::kNoMore;
+    c.how = tree.head.escape == 0 ? Closing::How::kNoMoreNorLess : Closing::How::kNoMore;
   else if (tree.head.escape <= kOpen)
     c.how = tree.head.escape == 0 ? Closing::How::kEachLeaf : Closing::How::kWholePatch;
   return c;
@@ -292,6 +300,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     measure_escapes(receiver, **world, task.refine.tolerance);
   }
   take_pending(*task.equilibrium, task.receiver, receiver);
+  if (task.linking != Linking::kUseKept) cut_at_contacts(task, receiver);
 
   // 3. For each source cluster S visible to R
   const std::span<const ClusterId> sources = model.visible[task.receiver.value];

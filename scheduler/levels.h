@@ -38,7 +38,7 @@ inline constexpr double kCoarseRest = 0.01;
 inline constexpr double kFineRestOfError = 1.0 / 50;
 // An answer that is taken has settled beyond that: sweeps over kept links cost next to nothing.
 inline constexpr double kTakenRest = 1e-6;
-inline constexpr std::uint32_t kMostSettling = 12;
+inline constexpr std::uint32_t kMostSettling = 24;
 // So many sweeps in a row without progress, and none is to be expected. Links that are made anew
 // each time are not quite the same each time: where there are such, the change stays at their
 // noise, and progress is a change that falls by a tenth.

@@ -64,6 +64,16 @@ double contact_line(const PatchTree& tree, const Element& element, Line& line) {
   return share;
 }
 
+// Share of the element's area that contacts within it may close off: that of a square with as long
+// an outline.
+double closed_off(const PatchTree& tree, const Element& element) {
+  constexpr double kMost = 0.5;
+  const std::span<const Vec2> outline = tree.view().polygon(element);
+  double length = 0;
+  for (const Segment2& s : tree.contacts) length += length_inside(outline, s);
+  return std::min(kMost, length * length / (16 * element.area));
+}
+
 // Appends an element with its basis; E is left zero.
 void append(PatchTree& tree, std::span<const Vec2> outline, std::int32_t parent) {
   Element x;
@@ -78,6 +88,7 @@ void append(PatchTree& tree, std::span<const Vec2> outline, std::int32_t parent)
   tree.vertices.insert(tree.vertices.end(), outline.begin(), outline.end());
   Line line;
   x.crossing = std::sqrt(contact_line(tree, x, line));
+  if (x.crossing == 0) x.crossing = std::sqrt(closed_off(tree, x));
   tree.elements.push_back(x);
   tree.e.resize(tree.e.size() + coefficient_count(tree.order) * kChannels, 0.0);
   tree.basis.resize(tree.basis.size() + triangle_count(tree.order), 0.0);

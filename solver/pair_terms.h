@@ -28,8 +28,10 @@ inline constexpr double kUnsure = 0.04;
 // Of the variation below a partly hidden source's element, how much may go by what is hidden: the
 // spot that a lamp's panel lights on the ceiling above it is hidden from all but the panel.
 inline constexpr double kHidden = 1;
-// Of a transfer, how much is taken to jump across a contact line.
+// Of the light at an element, how much is taken to jump across a contact line; and how many times a
+// link's threshold that may leave, as the errors of about ten links together do.
 inline constexpr double kJump = 0.5;
+inline constexpr double kJumpOfLinks = 3;
 // From the standard deviation of E over an element to how far below the mean its dark end lies: √3
 // for a slope across a square.
 inline constexpr double kDarkEnd = 1.73;

@@ -26,12 +26,12 @@ void two_scale(const PatchView& v, std::size_t ci, std::span<double> h) {
 
 void close_row(std::span<double> g, const Closing& closing) {
   if (closing.how == Closing::How::kOpen) return;
-  if (closing.how == Closing::How::kNoMore) {
+  if (too_much(closing)) {
     const double scale = closing.whole / std::max(closing.whole, g[kRowSum]);
     for (double& x : g) x *= scale;
-    return;
+    if (closing.how == Closing::How::kNoMore) return;
   }
-  const bool each = closing.how == Closing::How::kEachLeaf;
+  const bool each = closing.how != Closing::How::kWholePatch;
   for (std::size_t a = 0; a < g.size(); a += kGatherChannels) {
     // The row is 1 everywhere: the basis' first function alone.
     const double whole = a == 0 ? 1 : 0;

@@ -33,12 +33,17 @@ struct Closing {
     kEachLeaf,    // nothing leaves the scene: every row sums to 1
     kWholePatch,  // the patch's mean row is made up
     kNoMore,      // links are far too much: no row may sum to more than `whole`
+    kNoMoreNorLess,  // the same where nothing leaves the scene: then each is made to sum to 1
   };
   How how = How::kOpen;
   double missing = 0;          // kWholePatch: of the patch's mean row
   double whole = 1;            // kNoMore
   Spectrum mean_radiosity{0};  // lm/m², of what the patch sees
 };
+
+inline bool too_much(const Closing& c) {
+  return c.how == Closing::How::kNoMore || c.how == Closing::How::kNoMoreNorLess;
+}
 
 struct PushPullSums {
   double change2 = 0;     // ∫ |ΔB|² dA over leaves, luminance

@@ -16,6 +16,8 @@ namespace {
 
 // Blockers up to which what is seen past them is measured instead of sampled.
 constexpr std::size_t kFewBlockers = 8;
+// Transfers that sixteen rays may leave in error by more than so many thresholds are measured.
+constexpr double kHeavy = 4;
 // Root mean square error that the nodes leave of what is measured from them, relative to how it
 // varies from node to node.
 constexpr double kSmooth = 0.3;
@@ -176,6 +178,22 @@ SourceRoots::SourceRoots(const ClusterView& source, std::span<const Spectrum> li
   }
 }
 
+// Light jumps where something stands on a surface, all of it at once: link by link it would be
+// little each time, and what is dark under a box stay as bright as what is beside it.
+void Refiner::cut_at_contacts(PatchTree& receiver) {
+  tree_ = &receiver;
+  const std::size_t stride = std::size_t(coefficient_count(receiver.order)) * kChannels;
+  for (std::size_t i = 0; i < receiver.elements.size(); ++i) {
+    const Element& x = receiver.elements[i];
+    if (!x.leaf() || x.crossing == 0) continue;
+    const double* e = &receiver.e[i * stride];
+    const double light = std::max(settings_.ambient, luminance({e[0], e[1], e[2]}));
+    const double error = kJump * light * x.crossing * weight(std::int32_t(i), 0);
+    if (error > kJumpOfLinks * settings_.threshold)
+      split_leaf(receiver, std::int32_t(i), settings_.min_edge);
+  }
+}
+
 void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out) {
   tree_ = &receiver;
   out_ = &out;
@@ -283,36 +301,65 @@ Variety Refiner::draw(Tube& tube, const Tube* parent, const Site& r, const Site&
 }
 
 // Of a transfer so heavy that what sixteen rays leave open may be too much the blockers are asked
-// for: past few it is measured. Others, most of them, take sixteen rays: a tube past a room's
-// furniture costs as much as twenty such packets, and what it could add is far below their
+// for: past few it is measured. What goes down for its shape in any case is asked with one packet
+// whether any of it is seen; but the patches themselves are asked for their blockers, for if there
+// are none all below is known. Other transfers, most of them, take sixteen rays: a tube past a
+// room's furniture costs as much as twenty such packets, and what it could add is far below their
 // threshold.
 Variety Refiner::look_through(Tube& tube, const Tube* parent, std::int32_t receiver,
                               const Site& site, const Source& source, const Kernel& open,
-                              Sight& sight) {
+                              bool goes_down, Sight& sight) {
   const double transfer = source.radiosity * open.mean;
-  const bool heavy = kMixed * transfer * weight(receiver, 0) > settings_.threshold;
-  if (heavy || !(open.mean > 0) || (parent && inherits(*parent))) {
+  const bool known = !(open.mean > 0) || (parent && inherits(*parent));
+  const bool heavy = kMixed * transfer * weight(receiver, 0) > kHeavy * settings_.threshold;
+  bool drawn = known || (heavy && !(goes_down && parent));
+  if (drawn) {
     const Variety v = draw(tube, parent, site, *source.site);
     if (v != Variety::PARTIAL || !(open.mean > 0)) return v;
-    if (!tube.crowded && tube.count <= kFewBlockers)
-      if (const auto measured = measure(receiver, site, *source.site, open, tube)) {
-        sight = *measured;
-        return v;
-      }
-  } else {
-    tube = undrawn(parent);
-    ++counters_.tubes_partial;
   }
-  sight = see(receiver, site, source, open);
+  std::optional<Kernel> seen;
+  if (goes_down) {
+    seen = seen_by_rays(site, *source.site, open);
+    if (seen->mean > 0) {
+      if (!drawn) tube = skip_tube(parent);
+      const double v = seen_share(site, open, *seen);
+      sight.seen = *seen;
+      sight.shadow = kMixed * std::sqrt(v * (1 - v)) * open.mean;
+      sight.variance += variance_of(open.mean, v);
+      return Variety::PARTIAL;
+    }
+    if (heavy && !drawn) {
+      if (draw(tube, parent, site, *source.site) == Variety::INVISIBLE) return Variety::INVISIBLE;
+      drawn = true;
+    }
+  }
+  if (!drawn) {
+    tube = skip_tube(parent);
+  } else if (!tube.crowded && tube.count <= kFewBlockers) {
+    if (const auto measured = measure(receiver, site, *source.site, open, tube)) {
+      sight = *measured;
+      return Variety::PARTIAL;
+    }
+  }
+  if (!seen) seen = seen_by_rays(site, *source.site, open);
+  sight = see(receiver, site, source, open, *seen);
   return Variety::PARTIAL;
+}
+
+// A pair that is taken to be partly seen.
+Tube Refiner::skip_tube(const Tube* parent) {
+  ++counters_.tubes_partial;
+  return undrawn(parent);
 }
 
 void Refiner::descend(std::int32_t receiver, const Site& site, const Source& source,
                       const Tube* parent) {
-  // Dark sources fill rows as well: what they cover is not to be taken for the room's mean.
+  // Dark sources fill rows as well: what a row misses of them is taken for the room's mean, in the
+  // dark under a box as anywhere.
+  const double least = kDarkest * settings_.mean_irradiance;
+  const double stake = std::max(source.radiosity, least);
   const double bound =
-      form_factor_bound(site, *source.site) *
-      std::max(source.radiosity + source.detail, kDarkest * settings_.mean_irradiance);
+      form_factor_bound(site, *source.site) * std::max(source.radiosity + source.detail, least);
   const double most = bound * weight(receiver, 0);
   if (most < kNegligible * settings_.threshold) return;
   if (most < kThin * settings_.threshold) return thin_link(receiver, site, source);
@@ -329,27 +376,26 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
   Tube tube;
   const std::uint64_t rays_before = counters_.rays;
   if (around_.index) {
-    const Variety variety = look_through(tube, parent, receiver, site, source, open, sight);
+    const double by_shape = std::sqrt(squared(stake * sight.misfit) + squared(variation));
+    const double arriving = source.radiosity * darkest_row(open);
+    const bool goes_down = by_shape * weight(receiver, arriving) > settings_.threshold;
+    const Variety variety =
+        look_through(tube, parent, receiver, site, source, open, goes_down, sight);
     if (variety == Variety::INVISIBLE) return;
     // What is hidden of the source need not be as bright as what is seen.
     if (variety == Variety::PARTIAL && open.mean > 0)
       variation = std::max(variation, kHidden * source.detail * open.mean);
   }
   const bool by_ray = counters_.rays > rays_before;
-  const double shape = source.radiosity * sight.misfit, shadow = source.radiosity * sight.shadow;
-  // A jump across a contact line that no node need see.
-  const double jump = kJump * source.radiosity * std::max(open.mean, open.center) *
-                      tree_->elements[receiver].crossing;
-  const double error =
-      std::sqrt(squared(shape) + squared(shadow) + squared(variation) + squared(jump));
+  const double shape = stake * sight.misfit, shadow = stake * sight.shadow;
+  const double error = std::sqrt(squared(shape) + squared(shadow) + squared(variation));
   const double arriving = source.radiosity * darkest_row(sight.seen);
   if (error * weight(receiver, arriving) <= settings_.threshold)
     return full_link(receiver, site, source, sight, by_ray);
 
-  const bool source_first =
-      jump < std::max(shape, shadow) && (variation > std::max(shape, shadow) ||
-                                         (shadow > shape && source.site->radius > site.radius) ||
-                                         source.site->radius > 4 * site.radius);
+  const bool source_first = variation > std::max(shape, shadow) ||
+                            (shadow > shape && source.site->radius > site.radius) ||
+                            source.site->radius > 4 * site.radius;
   if (source_first && descend_source(receiver, site, source, tube)) return;
   if (!tree_->elements[receiver].leaf() || split_leaf(*tree_, receiver, settings_.min_edge)) {
     descend_receiver(receiver, source, tube);
@@ -362,9 +408,8 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
 // What sixteen rays say of a pair that is not wholly seen; sixteen more where they agree and much
 // is at stake.
 Refiner::Sight Refiner::see(std::int32_t receiver, const Site& site, const Source& source,
-                            const Kernel& open) {
+                            const Kernel& open, const Kernel& seen) {
   const double transfer = source.radiosity * open.mean;
-  const Kernel seen = seen_by_rays(site, *source.site, open);
   double v = seen_share(site, open, seen);
   const double arriving = source.radiosity * darkest_row(seen);
   if ((v == 0 || v == 1) &&

@@ -65,6 +65,10 @@ class Refiner {
   Refiner(const RefineSettings& settings, const Surroundings& around)
       : settings_(settings), around_(around) {}
 
+  // Before the first link: leaves of R's patches are split along what stands on them, where the light
+  // that is there already jumps by more than their links' errors together may be.
+  void cut_at_contacts(PatchTree& receiver);
+
   // 3(d) Install( links in Braid(R, S, T) ) for one patch of R: top-level links between visible
   // patch pairs, refined on the spot. Splits leaves of `receiver`. The thin ones may still wait for
   // a full packet of rays: `out` is complete after flush(). [THFH94 §5.1]
@@ -114,9 +118,11 @@ class Refiner {
   bool descend_source(std::int32_t receiver, const Site& site, const Source& source,
                       const Tube& tube);
   Variety look_through(Tube& tube, const Tube* parent, std::int32_t receiver, const Site& site,
-                       const Source& source, const Kernel& open, Sight& sight);
+                       const Source& source, const Kernel& open, bool goes_down, Sight& sight);
+  Tube skip_tube(const Tube* parent);
   Variety draw(Tube& tube, const Tube* parent, const Site& r, const Site& s);
-  Sight see(std::int32_t receiver, const Site& site, const Source& source, const Kernel& open);
+  Sight see(std::int32_t receiver, const Site& site, const Source& source, const Kernel& open,
+            const Kernel& seen);
   std::optional<Sight> measure(std::int32_t receiver, const Site& r, const Site& s,
                                const Kernel& open, const Tube& tube) const;
   Kernel seen_by_rays(const Site& receiver, const Site& source, const Kernel& open);

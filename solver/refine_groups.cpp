@@ -163,13 +163,11 @@ void Refiner::descend_group(const Target& target, const Source& source) {
   const Sight sight = see_group(target, source, from, to, open);
   const double spread =
       source.group ? spread_over_nodes(from, to, open) : sensitivity_spread(from, to, open);
-  double shape = sight.misfit, jump = 0;
-  if (!target.group) {
-    jump = kJump * open.mean * tree_->elements[target.number].crossing;
-    if (close) shape = std::sqrt(squared(shape) + squared(spot(from, to, open.mean)));
-  }
+  double shape = sight.misfit;
+  if (!target.group && close)
+    shape = std::sqrt(squared(shape) + squared(spot(from, to, open.mean)));
   const double missed = open.mean > 0 ? 0 : kUnseen * bound;
-  const double receiving = source.radiosity * std::sqrt(squared(shape) + squared(jump)) + missed;
+  const double receiving = source.radiosity * shape + missed;
   const bool whole = sight.seen.mean >= open.mean;
   const double variation = source.detail * std::max(spread, whole ? 0 : kHidden * open.mean);
   const double drawn = source.group ? source.radiosity * spread / std::sqrt(kGroupNodes) : 0;

@@ -308,6 +308,15 @@ TEST(Closing, RowsFarTooMuchAreScaled) {
   EXPECT_EQ(closed({10, 20, 30, 0.25}, no_more), (std::vector<double>{10, 20, 30}));
 }
 
+// Where nothing leaves the scene rows of either kind are made to sum to 1: in uniform light, 100
+// lm/m² from everywhere, E is that whatever the links brought.
+TEST(Closing, RowsOfAClosedPatchThatAreScaledAreFilledToo) {
+  const Closing closing{.how = Closing::How::kNoMoreNorLess, .mean_radiosity = Spectrum{100}};
+  for (const double row : {0.25, 0.9, 1.0, 1.5, 4.0})
+    for (const double e : closed({100 * row, 100 * row, 100 * row, row}, closing))
+      EXPECT_NEAR(e, 100, 1e-12 * 100);
+}
+
 TEST(Closing, TakesOffNoMoreThanThereIs) {
   EXPECT_EQ(closed({10, 20, 30, 1.25},
                    {.how = Closing::How::kEachLeaf, .mean_radiosity = Spectrum{100, 40, 40}}),

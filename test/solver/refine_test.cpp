@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <numbers>
 
@@ -212,12 +213,18 @@ TEST(Refine, PenumbraOfASheetIsWhatProjectionSays) {
     const Transfer t{floor_square(), ceiling_square(height, 0.5),
                      pieces_of_a_sheet(sheet_lo, sheet_hi, sheet_height, n), 2};
     double last = 1;
-    for (const double threshold : {0.03, 0.003, 0.001}) {
+    for (const double threshold : {0.03, 0.003, 0.0005}) {
       const Outcome o = carry_out(t, settings_of(threshold));
       const double rms = rms_error(o.tree, exact);
       EXPECT_NEAR(o.mean(), mean, threshold);
-      const bool weighs_little = threshold == 0.03;  // against that much error rays will do
-      EXPECT_EQ(o.counters.rays > 0, n > 1 || weighs_little);
+      // Against that much error rays will do; where it is little, what one sheet leaves is measured.
+      const bool measured = 2 * o.counters.links_without_rays > o.counters.links;
+      if (threshold == 0.03) {
+        EXPECT_EQ(o.counters.links_without_rays, 0u);
+      }
+      if (n == 1) {
+        EXPECT_EQ(measured, threshold == 0.0005);
+      }
       EXPECT_LT(rms, allowed(o, threshold));
       EXPECT_LT(rms, last);
       last = rms;
@@ -240,7 +247,7 @@ TEST(Refine, WhatAWindowLeavesIsMeasured) {
         parallelogram({b.x, -1, kHeight}, {2 - b.x, 0, 0}, {0, 3, 0}),
         parallelogram({a.x, -1, kHeight}, {kWindow, 0, 0}, {0, 1 + a.y, 0}),
         parallelogram({a.x, b.y, kHeight}, {kWindow, 0, 0}, {0, 2 - b.y, 0})};
-    const Outcome o = carry_out({floor_square(), ceiling_square(1), frame, 2}, settings_of(0.01));
+    const Outcome o = carry_out({floor_square(), ceiling_square(1), frame, 2}, settings_of(0.0025));
     found += o.mean();
     rays += o.counters.rays;
     pairs += o.counters.kernels;
@@ -253,7 +260,7 @@ TEST(Refine, WhatAWindowLeavesIsMeasured) {
       exact += 1 / (std::numbers::pi * d2 * d2 * kGrid * kGrid * kGrid * kGrid);
     }
   }
-  EXPECT_LT(3 * rays, 16 * pairs);
+  EXPECT_LT(rays, 16 * pairs);
   EXPECT_NEAR(found, exact, 0.06 * exact);
 }
 
@@ -271,8 +278,8 @@ TEST(Refine, SameBitsEveryTime) {
 }
 
 // A lamp over a furnished floor: a table's top, a screen, a shelf of three boards, a box. What each
-// point receives is what 1,024 segments to the lamp say, kernel by kernel; and it took less than a
-// third of sixteen rays for each pair looked at.
+// point receives is what 1,024 segments to the lamp say, kernel by kernel; and it took less than
+// half of sixteen rays for each pair looked at.
 TEST(Refine, FurnishedRoomNeedsFewRays) {
   const Polygon floor = parallelogram({0, 0, 0}, {4, 0, 0}, {0, 4, 0});
   const Vec3 corner{1.6, 1.4, 2.5};
@@ -306,7 +313,7 @@ TEST(Refine, FurnishedRoomNeedsFewRays) {
     }
     return .8 * sum / (kSide * kSide);
   };
-  RefineSettings settings = settings_of(2e-4);
+  RefineSettings settings = settings_of(5e-5);
   settings.min_edge = 0.02;
   const Outcome o = carry_out({floor, lamp, furniture, 2}, settings);
 
@@ -327,10 +334,9 @@ TEST(Refine, FurnishedRoomNeedsFewRays) {
   }
   EXPECT_LT(mean, 0.9 * form_factor(floor, lamp));  // the furniture hides a good part of the floor
   EXPECT_NEAR(o.mean(), mean, 0.02 * mean);
-  // Sixteen rays for every pair left 14% here, at this threshold.
-  EXPECT_LT(std::sqrt(error2), 0.1 * std::sqrt(all2));
-  EXPECT_LT(3 * o.counters.rays, 16 * o.counters.kernels);
-  EXPECT_GT(o.counters.links_without_rays, o.counters.links / 2);
+  EXPECT_LT(std::sqrt(error2), 0.06 * std::sqrt(all2));
+  EXPECT_LT(2 * o.counters.rays, 16 * o.counters.kernels);
+  EXPECT_GT(o.counters.links_without_rays, o.counters.links / 3);
 }
 
 // Tables over the Gauss nodes of a floor hide every segment from node to node, not the floor. What
@@ -350,6 +356,37 @@ TEST(Refine, TablesOverTheNodesDoNotHideTheFloor) {
 // A panel of 0.6 m two hundredths below a ceiling: what the ceiling receives is the closed form's,
 // on the spot, at its rim and in all, though the panel's nodes see no rim and the ceiling's no
 // spot.
+// A box of 1 m × 1 m stands on a lit floor of 4 m × 4 m. Before a link is made the floor is split
+// along its foot, which no chord of the floor follows; where it is dark already nothing is.
+TEST(Refine, LitFloorIsSplitAlongTheFootOfABox) {
+  const Vec2 lo{1.3, 1.7}, hi{2.3, 2.7};
+  const std::array<Vec3, 4> foot{Vec3{lo.x, lo.y, 0}, {hi.x, lo.y, 0}, {hi.x, hi.y, 0},
+                                 {lo.x, hi.y, 0}};
+  std::vector<Contact> contacts;
+  for (std::size_t i = 0; i < 4; ++i) contacts.push_back({foot[i], foot[(i + 1) % 4]});
+  Patches patches(2);
+  const PatchId floor = patches.add(parallelogram({0, 0, 0}, {4, 0, 0}, {0, 4, 0}), {}, contacts);
+  PatchTree lit = patches.tree(floor), dark = patches.tree(floor);
+  for (int c = 0; c < kChannels; ++c) lit.e[std::size_t(c)] = 1;  // the scale of errors
+  for (PatchTree* tree : {&lit, &dark})
+    Refiner(settings_of(0.001), Surroundings{}).cut_at_contacts(*tree);
+  EXPECT_EQ(dark.elements.size(), 1u);
+  double under = 0, across = 0;
+  for (const Element& x : lit.elements) {
+    if (!x.leaf()) continue;
+    int corners = 0;
+    for (const Vec2& p : lit.view().polygon(x)) {
+      const Vec3 at = lit.view().point(p);
+      corners += at.x > lo.x - 1e-9 && at.x < hi.x + 1e-9 && at.y > lo.y - 1e-9 && at.y < hi.y + 1e-9;
+    }
+    const Vec3 middle = lit.view().point(x.centroid);
+    const bool within = middle.x > lo.x && middle.x < hi.x && middle.y > lo.y && middle.y < hi.y;
+    if (within) (corners == int(x.vertex_count) ? under : across) += x.area;
+  }
+  EXPECT_NEAR(under, 1, 1e-9);
+  EXPECT_EQ(across, 0);
+}
+
 TEST(Refine, SpotOfAPanelCloseToACeiling) {
   const Polygon ceiling = parallelogram({-2, -2, 0}, {4, 0, 0}, {0, 4, 0});
   const Polygon panel = parallelogram({-.3, -.3, .02}, {0, .6, 0}, {.6, 0, 0});
@@ -409,7 +446,7 @@ TEST(Refine, DoubtIsWhereACrowdStandsBetween) {
     return sum;
   };
   const auto past = [&](const std::vector<Polygon>& blockers) {
-    return weight(carry_out({floor_square(), ceiling_square(1), blockers, 2}, settings_of(0.03)));
+    return weight(carry_out({floor_square(), ceiling_square(1), blockers, 2}, settings_of(0.02)));
   };
   // Strips across the way that leave slits of a millimetre.
   const auto strips = [](int count) {
