@@ -5,10 +5,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/squared.h"
 #include "scheduler/stored_patches.h"
-#include "solver/coupling.h"
 #include "solver/form_factor.h"
 #include "solver/sample_sequence.h"
+#include "solver/triangle_cubature.h"
 
 namespace atrium {
 
@@ -21,15 +22,14 @@ constexpr double kBrightOfMean = 4;
 // Bright elements are taken coarse: what only their children tell is below this share of their
 // mean.
 constexpr double kEvenEnough = 0.5;
-// A piece is cut while its radius is beyond this share of the distance to its nearest point, and at
-// most so often: near sources become pieces no larger than they are far.
+// Below this share the kernel at its centre stands for all of a source: it errs by the share's
+// square.
+constexpr double kFar = 0.02;
+// A source is near, and its parts are told apart, while its radius is beyond this share of the
+// distance to its nearest point; it is halved at most so often.
 constexpr double kRadiusOfDistance = 0.25;
 constexpr int kMostCuts = 7;
-// Below this share the kernel at its centre stands for all of a source: it errs by the share's
-// square. Of elements, which are many, the quadrature's nodes do up to the share that pieces are
-// cut at: they err by its fourth power, 1e-4.
-constexpr double kFar = 0.02;
-// A piece that is due less than this share of a ray gets one by chance.
+// A source that is due less than this share of a ray gets one by chance.
 constexpr double kSureOfRay = 0.125;
 
 double mean_luminance(const PatchView& patch, std::size_t element) {
@@ -38,7 +38,6 @@ double mean_luminance(const PatchView& patch, std::size_t element) {
 
 // All but what it brings.
 BrightSource source_of(const PatchView& patch, std::int32_t element, Polygon outline) {
-  const Site site = make_site(patch, element == BrightSource::kLamp ? 0 : std::size_t(element));
   BrightSource s;
   s.patch = PatchId(patch.head->patch);
   s.element = element;
@@ -47,9 +46,6 @@ BrightSource source_of(const PatchView& patch, std::int32_t element, Polygon out
   s.center = centroid(s.polygon);
   s.area = area(s.polygon);
   for (const Vec3& v : s.polygon) s.radius = std::max(s.radius, length(v - s.center));
-  s.node = site.x;
-  s.node_weight = site.weight;
-  s.nodes = site.nodes;
   return s;
 }
 
@@ -99,16 +95,6 @@ struct Means {
   double radiosity() const { return lit_area > 0 ? reflected / lit_area : 0; }
 };
 
-// Through the centroid, across the longest way between two corners.
-Split halves(PolygonView polygon, const Vec3& center) {
-  Vec3 longest{0};
-  for (const Vec3& a : polygon)
-    for (const Vec3& b : polygon)
-      if (length(b - a) > length(longest)) longest = b - a;
-  const Vec3 along = normalize(longest);
-  return split(polygon, {along, dot(along, center)}, 0);
-}
-
 // cosθ cosθ' / (π r²), 0 below either horizon.
 double kernel(const Vec3& x, const Vec3& normal, const Vec3& y, const Vec3& normal_there) {
   const Vec3 d = y - x;
@@ -117,71 +103,141 @@ double kernel(const Vec3& x, const Vec3& normal, const Vec3& y, const Vec3& norm
   return here > 0 && there > 0 ? here * there / (std::numbers::pi * r2 * r2) : 0;
 }
 
-class Look {
- public:
-  Look(const Vec3& x, const Vec3& normal, std::vector<SourcePiece>& pieces)
-      : x_(x), normal_(normal), pieces_(pieces) {}
+// How much of a ball of this radius stands above the horizon, were it spread evenly over its
+// height: the mean height there, of its centre where it is all above.
+double height_above(double center, double radius) {
+  if (center >= radius) return center;
+  return center > -radius ? squared(center + radius) / (4 * radius) : 0;
+}
 
-  void at(const BrightSource& source, double tolerance) {
+// Is a ball so large for its distance that its parts are to be told apart? By squares.
+bool is_near(double radius2, double distance2) {
+  return squared((1 + kRadiusOfDistance) / kRadiusOfDistance) * radius2 > distance2;
+}
+
+// What an outline would bring, roughly, lx: the kernel at its centre, kept finite where it is near.
+double guess(const Vec3& x, const Vec3& normal, const SourceOutline& s, double tolerance) {
+  const Vec3 d = s.center - x;
+  const double there = -dot(s.normal, d);
+  if (there <= tolerance) return 0;
+  const double here = height_above(dot(normal, d), s.radius);
+  const double r2 = dot(d, d) + squared(s.radius) / 2;
+  return s.flux * here * there / (std::numbers::pi * squared(r2));
+}
+
+bool is_far(const Vec3& x, const Vec3& normal, const BrightSource& source) {
+  const Vec3 d = source.center - x;
+  return dot(normal, d) > source.radius && squared(source.radius) < squared(kFar) * dot(d, d);
+}
+
+double form_factor_of(const Vec3& x, const Vec3& normal, const BrightSource& source) {
+  return is_far(x, normal, source)
+             ? source.area * kernel(x, normal, source.center, source.normal)
+             : point_to_polygon_in_sum(x, normal, source.polygon);
+}
+
+// A place on a source, and the density that it was drawn with, up to one factor for all.
+struct Place {
+  Vec3 y{0};
+  double density = 1;
+};
+
+// Draws places on sources by what their parts would bring to x, where they are near; else evenly.
+class Drawing {
+ public:
+  Drawing(const Vec3& x, const Vec3& normal) : x_(x), normal_(normal) {}
+
+  // The source to draw from, up to the horizon. False: nothing is above that.
+  bool aim_at(const BrightSource& source) {
     const Vec3 d = source.center - x_;
-    if (-dot(source.normal, d) <= tolerance || dot(normal_, d) <= -source.radius) return;
-    if (dot(normal_, d) > source.radius) {
-      const double distance = length(d);
-      if (source.radius < kFar * distance)
-        return add(source, {}, source.area * kernel(x_, normal_, source.center, source.normal));
-      if (!source.lamp() && source.radius <= kRadiusOfDistance * (distance - source.radius))
-        return add(source, {}, source.area * by_nodes(source));
+    outline_ = source.polygon;
+    if (dot(normal_, d) < source.radius) {
+      above_ = clip(outline_, {normal_, dot(normal_, x_)}, 0);
+      outline_ = above_;
     }
-    at_part(source, source.polygon, source.center, source.radius, 0);
+    parts_.clear();
+    fan_ = 0;
+    whole_ = 0;
+    if (!is_near(squared(source.radius), dot(d, d))) return !outline_.empty();
+    for (std::size_t i = 2; i < outline_.size(); ++i) {
+      add({outline_[0] - x_, outline_[i - 1] - x_, outline_[i] - x_}, fan_area(outline_, i));
+      whole_ += parts_.back().brings;
+    }
+    fan_ = parts_.size();
+    return whole_ > 0;
+  }
+
+  Place at(const Vec2& square) {
+    return fan_ == 0 ? Place{point_of(outline_, square), 1} : by_parts(square);
   }
 
  private:
-  void at_part(const BrightSource& source, PolygonView part, const Vec3& center, double radius,
-               int cuts) {
-    if (dot(normal_, center - x_) <= -radius) return;
-    const double nearest = length(center - x_) - radius;
-    if (cuts < kMostCuts && radius > kRadiusOfDistance * nearest) {
-      const Split parts = halves(part, center);
-      if (!parts.front.empty() && !parts.back.empty()) {
-        at_half(source, parts.front, cuts + 1);
-        return at_half(source, parts.back, cuts + 1);
-      }
+  // A triangle as x sees it: that is its origin.
+  struct Part {
+    Triangle corners;
+    double area = 0;
+    double brings = 0;     // roughly, up to one factor for all of a source
+    bool near = false;
+    std::uint32_t child = 0;  // the first of its halves; 0: not halved yet
+  };
+
+  void add(const Triangle& t, double area) {
+    const Vec3 center = (t[0] + t[1] + t[2]) / 3.0;
+    double radius2 = 0;
+    for (const Vec3& v : t) radius2 = std::max(radius2, dot(v - center, v - center));
+    const double distance2 = dot(center, center);
+    const double brings =
+        area * std::max(0.0, dot(normal_, center)) / squared(distance2 + radius2 / 2);
+    parts_.push_back({t, area, brings, is_near(radius2, distance2)});
+  }
+
+  // The first of a part's halves.
+  std::size_t half_of(std::size_t part) {
+    if (parts_[part].child == 0) {
+      const auto [first, second] = bisect(parts_[part].corners);
+      const double area = parts_[part].area / 2;
+      parts_[part].child = static_cast<std::uint32_t>(parts_.size());
+      add(first, area);
+      add(second, area);
     }
-    add(source, cuts > 0 ? Polygon(part.begin(), part.end()) : Polygon(),
-        point_to_polygon_in_sum(x_, normal_, part));
+    return parts_[part].child;
   }
 
-  double by_nodes(const BrightSource& source) const {
-    double sum = 0;
-    for (int i = 0; i < source.nodes; ++i)
-      sum += source.node_weight[i] * kernel(x_, normal_, source.node[i], source.normal);
-    return sum;
-  }
-
-  void at_half(const BrightSource& source, PolygonView part, int cuts) {
-    const Vec3 center = centroid(part);
-    double radius = 0;
-    for (const Vec3& v : part) radius = std::max(radius, length(v - center));
-    at_part(source, part, center, radius, cuts);
-  }
-
-  void add(const BrightSource& source, Polygon part, double form_factor) {
-    if (!(form_factor > 0)) return;
-    const double weight = form_factor * luminance(source.radiosity);
-    pieces_.push_back({&source, std::move(part), form_factor, weight});
+  // The first number chooses a part, and what is left of it a half of that, and so on.
+  Place by_parts(Vec2 square) {
+    double left = square.x * whole_;
+    std::size_t i = 0;
+    for (; i + 1 < fan_ && left >= parts_[i].brings; ++i) left -= parts_[i].brings;
+    double share = parts_[i].brings / whole_;
+    square.x = parts_[i].brings > 0 ? std::min(1.0, left / parts_[i].brings) : 0;
+    for (int cuts = 0; cuts < kMostCuts && parts_[i].near; ++cuts) {
+      const std::size_t half = half_of(i);
+      const double first = parts_[half].brings, second = parts_[half + 1].brings;
+      const double chance = first + second > 0 ? first / (first + second) : 0.5;
+      const bool in_first = square.x < chance || chance == 1;
+      square.x = in_first ? square.x / chance : (square.x - chance) / (1 - chance);
+      share *= in_first ? chance : 1 - chance;
+      i = in_first ? half : half + 1;
+    }
+    const Triangle& t = parts_[i].corners;
+    return {x_ + point_of(t[0], t[1], t[2], square), share / parts_[i].area};
   }
 
   const Vec3 x_, normal_;
-  std::vector<SourcePiece>& pieces_;
+  Polygon above_;            // what of the outline is, where the horizon cuts it
+  PolygonView outline_;
+  std::vector<Part> parts_;  // where that is near: its fan, then halves
+  std::size_t fan_ = 0;      // how many are the fan's
+  double whole_ = 0;         // what these bring
 };
 
-// A piece's share of the shadow rays.
+// A source's share of the shadow rays.
 struct Share {
   int rays = 0;
   double scale = 1;  // what its light counts for, so that chance evens out
 };
 
-// Deals them out, piece by piece; those that are due little take their chance from one number, so
+// Deals them out, source by source; those that are due little take their chance from one number, so
 // that of many together as many are dealt as are due.
 class Deal {
  public:
@@ -199,26 +255,20 @@ class Deal {
   double passed_ = 0, next_;
 };
 
-struct ShadowRay {
-  std::uint32_t piece = 0;
-  Vec3 x{0};
-  double weight = 0;  // once all of the piece's are known: of the radiosity
-};
-
-// The rays of one piece, weighted by the kernel; together they weigh its form factor.
-void add_rays(const Vec3& x, const Vec3& normal, const SourcePiece& piece, std::uint32_t number,
-              const Share& share, const SampleSequence& sequence, std::vector<ShadowRay>& rays) {
-  const std::size_t first = rays.size();
+// The rays of one source, weighted by the kernel; together they weigh what is said.
+void add_rays(const Vec3& x, const Vec3& normal, const BrightSource& source, Drawing& drawing,
+              std::uint32_t replicate, int count, double weight, const SampleSequence& sequence,
+              std::vector<ShadowRay>& shadow) {
+  const std::size_t first = shadow.size();
   double sum = 0;
-  for (int i = 0; i < share.rays; ++i) {
-    const Vec3 y = point_of(piece.polygon(), sequence.at(static_cast<std::uint32_t>(i)));
-    const double k = kernel(x, normal, y, piece.source->normal);
+  for (int i = 0; i < count; ++i) {
+    const Place place = drawing.at(sequence.at(static_cast<std::uint32_t>(i)));
+    const double k = kernel(x, normal, place.y, source.normal) / place.density;
     if (!(k > 0)) continue;
-    rays.push_back({number, y, k});
+    shadow.push_back({&source, replicate, place.y, k});
     sum += k;
   }
-  for (std::size_t i = first; i < rays.size(); ++i)
-    rays[i].weight *= share.scale * piece.form_factor / sum;
+  for (std::size_t i = first; i < shadow.size(); ++i) shadow[i].weight *= weight / sum;
 }
 
 }  // namespace
@@ -249,6 +299,8 @@ Result<BrightSources> BrightSources::find(const Model& model, ClusterStore& stor
     std::sort(row.begin(), row.end(), [](const BrightSource& a, const BrightSource& b) {
       return std::pair(a.patch, a.element) < std::pair(b.patch, b.element);
     });
+    for (const BrightSource& s : row)
+      all.outlines_.push_back({s.center, s.radius, s.normal, s.area * luminance(s.radiosity)});
     all.sources_.push_row(row);
   }
   return all;
@@ -268,30 +320,65 @@ bool BrightSources::reflects_brightly(const PatchView& patch, std::int32_t leaf)
   return false;
 }
 
-void BrightSources::look(const Vec3& x, const Vec3& normal, ClusterId cluster,
-                         std::vector<SourcePiece>& pieces) const {
-  pieces.clear();
-  Look look(x, normal, pieces);
-  if (!cluster.valid()) {
-    for (const BrightSource& s : sources_.items) look.at(s, model_->tolerance);
-    return;
+void BrightSources::look(const Vec3& x, const Vec3& normal, std::size_t row,
+                         std::vector<Glance>& glances) const {
+  const std::span<const BrightSource> sources = sources_[row];
+  const SourceOutline* outline = outlines_.data() + sources_.starts[row];
+  for (const BrightSource& source : sources) {
+    const SourceOutline& o = *outline++;
+    Glance glance{&source, guess(x, normal, o, model_->tolerance)};
+    if (!(glance.weight > 0)) continue;
+    const Vec3 d = o.center - x;
+    if (is_near(squared(o.radius), dot(d, d))) {
+      glance.form_factor = point_to_polygon_in_sum(x, normal, source.polygon);
+      glance.weight = glance.form_factor / source.area * o.flux;
+      if (!(glance.weight > 0)) continue;
+    }
+    glances.push_back(glance);
   }
-  for (const ClusterId seen : model_->visible[cluster.value])
-    for (const BrightSource& s : sources_[seen.value]) look.at(s, model_->tolerance);
 }
 
-void cast_shadow_rays(const Vec3& x, const Vec3& normal, std::span<const SourcePiece> pieces,
-                      const RayScene& scene, int rays, std::uint64_t key,
-                      std::vector<SeenSource>& seen) {
-  double whole = 0;
-  for (const SourcePiece& piece : pieces) whole += piece.weight;
-  std::vector<ShadowRay> shadow;
-  Deal deal(SampleSequence(derived(key, pieces.size())).at(0).x);
-  for (std::uint32_t i = 0; i < pieces.size(); ++i) {
-    const Share share = deal.to(rays * pieces[i].weight / whole);
-    if (share.rays > 0)
-      add_rays(x, normal, pieces[i], i, share, SampleSequence(derived(key, i)), shadow);
+void BrightSources::look(const Vec3& x, const Vec3& normal, ClusterId cluster,
+                         std::vector<Glance>& glances) const {
+  glances.clear();
+  if (!cluster.valid()) {
+    for (std::size_t c = 0; c < model_->clusters.size(); ++c) look(x, normal, c, glances);
+    return;
   }
+  for (const ClusterId seen : model_->visible[cluster.value]) look(x, normal, seen.value, glances);
+}
+
+void deal_shadow_rays(const Vec3& x, const Vec3& normal, std::span<const Glance> glances,
+                      std::span<const Due> due, std::vector<ShadowRay>& shadow) {
+  shadow.clear();
+  double whole = 0;
+  for (const Glance& glance : glances) whole += glance.weight;
+  std::vector<Deal> deals;
+  for (const Due& d : due)
+    deals.emplace_back(SampleSequence(derived(d.key, glances.size())).at(0).x);
+  Drawing drawing(x, normal);
+  for (std::size_t i = 0; i < glances.size(); ++i) {
+    const BrightSource& source = *glances[i].source;
+    const double part = glances[i].weight / whole;
+    double form_factor = glances[i].form_factor;
+    bool aimed = false;
+    for (std::uint32_t r = 0; r < due.size(); ++r) {
+      const Share share = deals[r].to(due[r].rays * part);
+      if (share.rays == 0) continue;
+      if (!aimed) {
+        aimed = true;
+        if (!drawing.aim_at(source)) form_factor = 0;
+        if (form_factor < 0) form_factor = form_factor_of(x, normal, source);
+      }
+      if (form_factor > 0)
+        add_rays(x, normal, source, drawing, r, share.rays, share.scale * form_factor,
+                 SampleSequence(derived(due[r].key, i)), shadow);
+    }
+  }
+}
+
+void keep_seen(const Vec3& x, const RayScene& scene, std::vector<ShadowRay>& shadow) {
+  std::size_t kept = 0;
   for (std::size_t first = 0; first < shadow.size(); first += kRayLanes) {
     const std::size_t lanes = std::min<std::size_t>(kRayLanes, shadow.size() - first);
     SegmentPacket packet;
@@ -299,10 +386,9 @@ void cast_shadow_rays(const Vec3& x, const Vec3& normal, std::span<const SourceP
     std::uint16_t blocked = 0;
     scene.occluded16(packet, blocked);
     for (std::size_t k = 0; k < lanes; ++k)
-      if (!(blocked >> k & 1))
-        seen.push_back({pieces[shadow[first + k].piece].source, shadow[first + k].x,
-                        shadow[first + k].weight});
+      if (!(blocked >> k & 1)) shadow[kept++] = shadow[first + k];
   }
+  shadow.resize(kept);
 }
 
 }  // namespace atrium

@@ -4,13 +4,12 @@
 // Their light is their form factor times what shadow rays to them say. Surfaces that glow as all
 // others do are none.
 //
-// A source that is near for its size is taken in pieces, so that over each the kernel hardly
-// varies; how many shadow rays a piece gets goes by the light it would bring if nothing stood
-// between. Immutable once found, of the solution that was stored then; any number of threads may
-// ask.
+// How many shadow rays a source gets goes by a rough guess of what it would bring if nothing stood
+// between; its form factor is found where it gets one. To a source that is near for its size they
+// go by what its parts would bring, so that the kernel hardly varies over what each stands for.
+// Immutable once found, of the solution that was stored then; any number of threads may ask.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,7 +18,6 @@
 #include "engine/model.h"
 #include "engine/status.h"
 #include "pagestore/cluster_store.h"
-#include "solver/basis.h"
 #include "visibility/occlusion.h"
 
 namespace atrium {
@@ -32,29 +30,37 @@ struct BrightSource {
   Vec3 center{0};  // of the ball about the polygon
   double radius = 0, area = 0;
   Spectrum radiosity{0};  // lm/m², mean
-  // A quadrature over it, solver/basis.h: weights sum to 1.
-  std::array<Vec3, kMaxNodes> node;
-  std::array<double, kMaxNodes> node_weight{};
-  int nodes = 0;
 
   static constexpr std::int32_t kLamp = -1;
   bool lamp() const { return element == kLamp; }
 };
 
-// A piece of a source as a point sees it; of itself, or of the source's own polygon where it is
-// whole.
-struct SourcePiece {
+// What a guess goes by: a cache line's worth, since most sources are no more than guessed at.
+struct SourceOutline {
+  Vec3 center{0};
+  double radius = 0;
+  Vec3 normal{0};
+  double flux = 0;  // lm, luminance of what it sends out
+};
+static_assert(sizeof(SourceOutline) == 64);
+
+// A source as a point may see it.
+struct Glance {
   const BrightSource* source = nullptr;
-  Polygon part;            // empty: the whole
-  double form_factor = 0;  // were nothing between
-  double weight = 0;       // lx, luminance of what it would bring
-  PolygonView polygon() const { return part.empty() ? PolygonView(source->polygon) : part; }
+  double weight = 0;        // lx, luminance of what it would bring, roughly
+  double form_factor = -1;  // were nothing between; -1: not known
 };
 
-// A shadow ray that met nothing.
-struct SeenSource {
+// What a replicate gets: about so many rays, by random numbers of this key.
+struct Due {
+  int rays = 0;
+  std::uint64_t key = 0;
+};
+
+struct ShadowRay {
   const BrightSource* source = nullptr;
-  Vec3 x{0};
+  std::uint32_t replicate = 0;
+  Vec3 x{0};          // where it ends
   double weight = 0;  // times the radiosity there, lx
 };
 
@@ -70,21 +76,26 @@ class BrightSources {
 
   // What a point of a cluster, or one in the air, may see of them.
   void look(const Vec3& x, const Vec3& normal, ClusterId cluster,
-            std::vector<SourcePiece>& pieces) const;
+            std::vector<Glance>& glances) const;
 
  private:
   explicit BrightSources(const Model& model) : model_(&model) {}
+  void look(const Vec3& x, const Vec3& normal, std::size_t row,
+            std::vector<Glance>& glances) const;
 
   const Model* model_;
   Rows<BrightSource> sources_;                       // a row a cluster, by patch and element
+  std::vector<SourceOutline> outlines_;              // in the sources' order
   std::vector<bool> is_lamp_, has_bright_elements_;  // by patch
 };
 
-// About `rays` shadow rays from x to the pieces; appended are those that see their piece. A piece
-// that is wholly seen brings its form factor times its radiosity exactly. Unbiased but for the
-// kernel's variation over a piece times the inverse number of its rays.
-void cast_shadow_rays(const Vec3& x, const Vec3& normal, std::span<const SourcePiece> pieces,
-                      const RayScene& scene, int rays, std::uint64_t key,
-                      std::vector<SeenSource>& seen);
+// The shadow rays from x, of all replicates, source by source. Where a source is wholly seen, a
+// replicate's rays bring its form factor times its radiosity exactly. Unbiased but for the kernel's
+// variation over what a ray stands for, times the inverse number of the source's rays.
+void deal_shadow_rays(const Vec3& x, const Vec3& normal, std::span<const Glance> glances,
+                      std::span<const Due> due, std::vector<ShadowRay>& shadow);
+
+// Leaves those that meet nothing.
+void keep_seen(const Vec3& x, const RayScene& scene, std::vector<ShadowRay>& shadow);
 
 }  // namespace atrium

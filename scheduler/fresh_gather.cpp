@@ -1,5 +1,6 @@
 #include "scheduler/fresh_gather.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -17,7 +18,9 @@ namespace {
 // So many directions a batch, or one point's where those are more.
 constexpr std::size_t kDirectionsABatch = std::size_t{1} << 16;
 // What the ends of their rays take, those of as many shadow rays and the list of all that are lit.
-constexpr std::size_t kBatchBytes = std::size_t{10} << 20;
+constexpr std::size_t kBatchBytes = std::size_t{11} << 20;
+// Ends read off by one task: what it costs to start one is little beside them.
+constexpr std::size_t kEndsATask = 512;
 // A surface met from behind: its other side lies within so many tolerances.
 constexpr double kOtherSide = 10;
 // The two uses of a replicate's random numbers.
@@ -59,26 +62,33 @@ Rows<PatchId> find_other_sides(const Model& model) {
 // What a ray met, and what it brings.
 struct FreshGather::RayEnd {
   enum : std::uint32_t { kEscaped = PatchId::kNone, kBlack = PatchId::kNone - 1 };
+  static constexpr std::int32_t kNoSource = -1;
   std::uint32_t patch = kEscaped;
   std::uint32_t replicate = 0;
-  bool shadow = false;  // to a bright element, for what that reflects
-  bool bright = false;  // on a bright element
-  double weight = 0;    // of the radiosity
+  std::int32_t source = kNoSource;  // of a shadow ray: the bright element that it goes to
+  bool bright = false;              // on a bright element
+  double weight = 0;                // of the radiosity
   Vec3 x{0};
   Spectrum arriving{0};  // lx
   bool lit() const { return patch < kBlack; }
+  bool shadow() const { return source != kNoSource; }
 };
 
 // Points of consecutive numbers in the order of their rooms, and their rays.
 struct FreshGather::Batch {
-  static_assert(2 * kDirectionsABatch * (sizeof(RayEnd) + sizeof(RayEnd*)) == kBatchBytes);
+  static_assert(2 * kDirectionsABatch *
+                    (sizeof(RayEnd) + sizeof(RayEnd*) + sizeof(std::uint64_t)) ==
+                kBatchBytes);
 
   std::span<const GatherPoint> points;     // all of the caller's
   std::span<const std::uint32_t> numbers;  // of this batch's, room by room
   FreshSettings settings;
   const BrightSources* bright = nullptr;
-  std::vector<std::vector<RayEnd>> ends;  // by point: the directions', then shadow rays'
-  std::vector<Spectrum> direct;           // points × replicates: of lamps, lx
+  std::vector<RayEnd> ends;                 // points × directions
+  std::vector<std::vector<RayEnd>> shadow;  // by point: those to bright elements
+  std::vector<Spectrum> direct;             // points × replicates: of lamps, lx
+  std::vector<RayEnd*> lit;                 // of the ends, those that bring light
+  std::vector<std::uint64_t> by_patch;      // patch and place in `lit`, sorted
 
   std::size_t directions() const { return static_cast<std::size_t>(settings.directions); }
   std::size_t replicates() const { return static_cast<std::size_t>(settings.replicates); }
@@ -87,6 +97,9 @@ struct FreshGather::Batch {
     return (r + 1) * directions() / replicates() - r * directions() / replicates();
   }
   const GatherPoint& point(std::size_t i) const { return points[numbers[i]]; }
+  std::span<RayEnd> ends_of(std::size_t i) {
+    return std::span(ends).subspan(i * directions(), directions());
+  }
 };
 
 FreshGather::FreshGather(const Model& model, ClusterStore& store, RayWorlds& worlds)
@@ -94,7 +107,9 @@ FreshGather::FreshGather(const Model& model, ClusterStore& store, RayWorlds& wor
       store_(store),
       worlds_(worlds),
       grid_(model, bounds_of(model), kOtherSide * model.tolerance),
-      other_sides_(find_other_sides(model)) {}
+      other_sides_(find_other_sides(model)),
+      batch_(std::make_unique<Batch>()) {}
+FreshGather::~FreshGather() = default;
 
 Result<const RayWorld*> FreshGather::world_of(ClusterId cluster) {
   if (cluster.valid()) return worlds_.of(cluster);
@@ -120,61 +135,79 @@ PatchId FreshGather::facing_side(const Hit& hit, const Vec3& direction) const {
   return grid_.find(hit.point, -hit.normal, tolerance).value_or(PatchId());
 }
 
-// A replicate's cosine-weighted rays.
-void FreshGather::send_out(const RayScene& scene, const GatherPoint& point, std::uint32_t replicate,
-                           std::size_t count, std::uint64_t key, std::vector<RayEnd>& ends) const {
-  const Frame frame = frame_about(point.normal);
-  const SampleSequence sequence(key);
-  for (std::size_t first = 0; first < count; first += kRayLanes) {
+// What tracing a point works in, point after point.
+struct FreshGather::Scratch {
+  std::vector<Vec3> along;
+  std::vector<Glance> glances;
+  std::vector<Due> due;
+  std::vector<ShadowRay> shadow;
+};
+
+// The replicates' cosine-weighted rays, packet by packet.
+void FreshGather::send_out(const RayScene& scene, const GatherPoint& point,
+                           std::span<const Vec3> along, std::span<RayEnd> ends) const {
+  for (std::size_t first = 0; first < along.size(); first += kRayLanes) {
     RayPacket packet;
-    std::array<Vec3, kRayLanes> along;
-    const std::size_t lanes = std::min<std::size_t>(kRayLanes, count - first);
-    for (std::size_t k = 0; k < lanes; ++k) {
-      along[k] = cosine_direction(frame, sequence.at(static_cast<std::uint32_t>(first + k)));
-      packet.set(static_cast<int>(k), point.x, along[k], model_.tolerance);
-    }
+    const std::size_t lanes = std::min<std::size_t>(kRayLanes, along.size() - first);
+    for (std::size_t k = 0; k < lanes; ++k)
+      packet.set(static_cast<int>(k), point.x, along[first + k], model_.tolerance);
     HitPacket hits;
     scene.closest_hit16(packet, hits);
     for (std::size_t k = 0; k < lanes; ++k) {
-      RayEnd& end = ends.emplace_back();
-      end.replicate = replicate;
       if (!(hits.found >> k & 1)) continue;
-      const PatchId side = facing_side(hits.hit[k], along[k]);
+      const PatchId side = facing_side(hits.hit[k], along[first + k]);
       const bool lit = side.valid() && !model_.patches[side.value].inert;
-      end.patch = lit ? side.value : RayEnd::kBlack;
-      end.weight = 1 / static_cast<double>(count);
-      end.x = hits.hit[k].point;
+      ends[first + k].patch = lit ? side.value : RayEnd::kBlack;
+      ends[first + k].x = hits.hit[k].point;
     }
   }
 }
 
-void FreshGather::trace_point(const RayScene& scene, std::size_t i, Batch& batch) const {
+void FreshGather::trace_point(const RayScene& scene, std::size_t i, Batch& batch,
+                              Scratch& scratch) const {
   const GatherPoint& point = batch.point(i);
-  std::vector<RayEnd>& ends = batch.ends[i];
-  ends.clear();
   const std::uint64_t key = derived(batch.settings.seed, batch.numbers[i]);
-  for (std::uint32_t r = 0; r < batch.replicates(); ++r)
-    send_out(scene, point, r, batch.count(r), derived(derived(key, r), kDirections), ends);
-  std::vector<SourcePiece> pieces;
-  batch.bright->look(point.x, point.normal, point.cluster, pieces);
-  std::vector<SeenSource> seen;
+  const std::span<RayEnd> ends = batch.ends_of(i);
+  const Frame frame = frame_about(point.normal);
+  scratch.along.clear();
+  scratch.due.clear();
   for (std::uint32_t r = 0; r < batch.replicates(); ++r) {
-    seen.clear();
-    cast_shadow_rays(point.x, point.normal, pieces, scene, static_cast<int>(batch.count(r)),
-                     derived(derived(key, r), kShadows), seen);
-    Spectrum& direct = batch.direct[i * batch.replicates() + r];
-    direct = Spectrum{0};
-    for (const SeenSource& s : seen)
-      if (s.source->lamp())
-        direct += s.weight * s.source->radiosity;
-      else
-        ends.push_back({s.source->patch.value, r, true, true, s.weight, s.x, Spectrum{0}});
+    const std::size_t count = batch.count(r);
+    const SampleSequence sequence(derived(derived(key, r), kDirections));
+    for (std::uint32_t k = 0; k < count; ++k) {
+      RayEnd& end = ends[scratch.along.size()];
+      end = {};
+      end.replicate = r;
+      end.weight = 1 / static_cast<double>(count);
+      scratch.along.push_back(cosine_direction(frame, sequence.at(k)));
+    }
+    scratch.due.push_back({static_cast<int>(count), derived(derived(key, r), kShadows)});
+  }
+  send_out(scene, point, scratch.along, ends);
+
+  batch.bright->look(point.x, point.normal, point.cluster, scratch.glances);
+  deal_shadow_rays(point.x, point.normal, scratch.glances, scratch.due, scratch.shadow);
+  keep_seen(point.x, scene, scratch.shadow);
+  const std::span<Spectrum> direct =
+      std::span(batch.direct).subspan(i * batch.replicates(), batch.replicates());
+  std::fill(direct.begin(), direct.end(), Spectrum{0});
+  batch.shadow[i].clear();
+  for (const ShadowRay& s : scratch.shadow) {
+    if (s.source->lamp())
+      direct[s.replicate] += s.weight * s.source->radiosity;
+    else
+      batch.shadow[i].push_back({s.source->patch.value, s.replicate, s.source->element, true,
+                                 s.weight, s.x, Spectrum{0}});
   }
 }
 
 void FreshGather::trace_room(const RayScene& scene, std::size_t first, std::size_t last,
                              Batch& batch) const {
-  tbb::parallel_for(first, last, [&](std::size_t i) { trace_point(scene, i, batch); });
+  tbb::parallel_for(tbb::blocked_range(first, last), [&](const auto& range) {
+    Scratch scratch;
+    for (std::size_t i = range.begin(); i < range.end(); ++i)
+      trace_point(scene, i, batch, scratch);
+  });
 }
 
 // Room by room, since each has a ray structure of its own.
@@ -199,24 +232,33 @@ Status FreshGather::trace(Batch& batch) {
 // What a ray brings of the patch that it met. What shadow rays bring is not brought again.
 void FreshGather::arrive(RayEnd& end, const PatchView& patch, const BrightSources& bright) const {
   const Vec2 p = patch.head->frame.to_plane(end.x);
-  const std::int32_t leaf = leaf_at(patch, p);
-  end.bright = bright.reflects_brightly(patch, leaf);
+  const std::int32_t leaf = leaf_at(patch, p, std::max(0, end.source));
+  if (!end.shadow()) end.bright = bright.reflects_brightly(patch, leaf);
   Spectrum b{0};
-  if (end.shadow == end.bright) b += patch.head->reflectance * polynomial_at(patch, leaf, p);
-  if (!end.shadow && !bright.is_lamp(PatchId(end.patch))) b += patch.head->exitance;
+  if (end.shadow() == end.bright) b += patch.head->reflectance * polynomial_at(patch, leaf, p);
+  if (!end.shadow() && !bright.is_lamp(PatchId(end.patch))) b += patch.head->exitance;
   end.arriving = end.weight * b;
 }
 
 // What each ray brings, source by source.
 Status FreshGather::read_off(Batch& batch) {
-  std::vector<RayEnd*> lit;
-  for (std::vector<RayEnd>& ends : batch.ends)
-    for (RayEnd& end : ends)
-      if (end.lit()) lit.push_back(&end);
-  // Patches of a cluster are contiguous.
-  std::sort(lit.begin(), lit.end(),
-            [](const RayEnd* a, const RayEnd* b) { return a->patch < b->patch; });
-  const auto cluster_of = [&](std::size_t k) { return model_.patches[lit[k]->patch].cluster; };
+  // By patch, those of a cluster being contiguous, then by the ray's number.
+  constexpr int kNumberBits = 32;
+  std::vector<std::uint64_t>& lit = batch.by_patch;
+  lit.clear();
+  batch.lit.clear();
+  const auto list = [&](RayEnd& end) {
+    if (!end.lit()) return;
+    lit.push_back(std::uint64_t{end.patch} << kNumberBits | batch.lit.size());
+    batch.lit.push_back(&end);
+  };
+  for (std::size_t i = 0; i < batch.numbers.size(); ++i) {
+    for (RayEnd& end : batch.ends_of(i)) list(end);
+    for (RayEnd& end : batch.shadow[i]) list(end);
+  }
+  std::sort(lit.begin(), lit.end());
+  const auto patch_of = [&](std::size_t k) { return std::uint32_t(lit[k] >> kNumberBits); };
+  const auto cluster_of = [&](std::size_t k) { return model_.patches[patch_of(k)].cluster; };
   for (std::size_t first = 0, last = 0; first < lit.size(); first = last) {
     const ClusterId cluster = cluster_of(first);
     while (last < lit.size() && cluster_of(last) == cluster) ++last;
@@ -225,32 +267,36 @@ Status FreshGather::read_off(Batch& batch) {
     const Result<ClusterView> view = ClusterView::parse(pin->bytes());
     if (!view.ok()) return view.status();
     const std::uint32_t first_patch = model_.clusters[cluster.value].first_patch;
-    tbb::parallel_for(first, last, [&](std::size_t k) {
-      arrive(*lit[k], view->patch(lit[k]->patch - first_patch), *batch.bright);
-    });
+    const auto arrive_each = [&](const auto& range) {
+      for (std::size_t k = range.begin(); k < range.end(); ++k)
+        arrive(*batch.lit[std::uint32_t(lit[k])], view->patch(patch_of(k) - first_patch),
+               *batch.bright);
+    };
+    tbb::parallel_for(tbb::blocked_range(first, last, kEndsATask), arrive_each,
+                      tbb::simple_partitioner());
   }
   return {};
 }
 
-void FreshGather::conclude(const Batch& batch, std::size_t i, FreshIrradiance& result,
+void FreshGather::conclude(Batch& batch, std::size_t i, FreshIrradiance& result,
                            RayShares* shares) const {
   const double share = 1 / static_cast<double>(batch.directions());
   const double n = static_cast<double>(batch.replicates());
   double* const row = shares ? &shares->of_point[batch.numbers[i] * shares->groups] : nullptr;
   std::vector<Spectrum> sums(batch.direct.begin() + std::ptrdiff_t(i * batch.replicates()),
                              batch.direct.begin() + std::ptrdiff_t((i + 1) * batch.replicates()));
-  for (const RayEnd& end : batch.ends[i]) {
+  const auto group = [&](const RayEnd& end) {
+    return row + shares->group_of_cluster[model_.patches[end.patch].cluster.value];
+  };
+  for (const RayEnd& end : batch.ends_of(i)) {
     sums[end.replicate] += end.arriving;
-    if (!end.shadow) {
-      result.escaped += end.patch == RayEnd::kEscaped ? share : 0;
-      result.black += end.patch == RayEnd::kBlack ? share : 0;
-    }
-    if (!row || !end.lit()) continue;
-    double* const at = row + shares->group_of_cluster[model_.patches[end.patch].cluster.value];
-    if (end.shadow)
-      at[1] += luminance(end.arriving) / n;
-    else if (!end.bright)
-      at[0] += share;
+    result.escaped += end.patch == RayEnd::kEscaped ? share : 0;
+    result.black += end.patch == RayEnd::kBlack ? share : 0;
+    if (row && end.lit() && !end.bright) group(end)[0] += share;
+  }
+  for (const RayEnd& end : batch.shadow[i]) {
+    sums[end.replicate] += end.arriving;
+    if (row) group(end)[1] += luminance(end.arriving) / n;
   }
   Spectrum squares{0};
   for (const Spectrum& e : sums) result.mean += e / n;
@@ -274,14 +320,15 @@ Result<std::vector<FreshIrradiance>> FreshGather::gather(const BrightSources& br
   };
   std::stable_sort(by_room.begin(), by_room.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return room(a) < room(b); });
-  Batch batch;
+  Batch& batch = *batch_;
   batch.points = points;
   batch.bright = &bright;
   batch.settings = settings;
   const std::size_t most = std::max<std::size_t>(1, kDirectionsABatch / batch.directions());
   for (std::size_t first = 0; first < by_room.size(); first += most) {
     batch.numbers = std::span(by_room).subspan(first, std::min(most, by_room.size() - first));
-    batch.ends.resize(batch.numbers.size());
+    batch.ends.resize(batch.numbers.size() * batch.directions());
+    batch.shadow.resize(std::max(batch.shadow.size(), batch.numbers.size()));
     batch.direct.resize(batch.numbers.size() * batch.replicates());
     ATRIUM_RETURN_IF_ERROR(trace(batch));
     ATRIUM_RETURN_IF_ERROR(read_off(batch));

@@ -66,6 +66,7 @@ struct RayShares {
 class FreshGather {
  public:
   FreshGather(const Model& model, ClusterStore& store, RayWorlds& worlds);
+  ~FreshGather();
 
   // In the points' order. bright: of the solution as it is stored now. shares: filled where it is
   // asked for.
@@ -77,17 +78,18 @@ class FreshGather {
  private:
   struct RayEnd;
   struct Batch;
+  struct Scratch;
 
   Result<const RayWorld*> world_of(ClusterId cluster);
   Status trace(Batch& batch);
   void trace_room(const RayScene& scene, std::size_t first, std::size_t last, Batch& batch) const;
-  void send_out(const RayScene& scene, const GatherPoint& point, std::uint32_t replicate,
-                std::size_t count, std::uint64_t key, std::vector<RayEnd>& ends) const;
-  void trace_point(const RayScene& scene, std::size_t i, Batch& batch) const;
+  void send_out(const RayScene& scene, const GatherPoint& point, std::span<const Vec3> along,
+                std::span<RayEnd> ends) const;
+  void trace_point(const RayScene& scene, std::size_t i, Batch& batch, Scratch& scratch) const;
   PatchId facing_side(const Hit& hit, const Vec3& direction) const;
   void arrive(RayEnd& end, const PatchView& patch, const BrightSources& bright) const;
   Status read_off(Batch& batch);
-  void conclude(const Batch& batch, std::size_t i, FreshIrradiance& result,
+  void conclude(Batch& batch, std::size_t i, FreshIrradiance& result,
                 RayShares* shares) const;
 
   const Model& model_;
@@ -96,6 +98,7 @@ class FreshGather {
   PatchGrid grid_;                        // what faces a ray that met a surface from behind
   Rows<PatchId> other_sides_;             // a row a patch: the other sides of its surface
   std::unique_ptr<RayWorld> everything_;  // for points in the air, made when there is one
+  std::unique_ptr<Batch> batch_;          // its memory is kept from gather to gather
 };
 
 }  // namespace atrium

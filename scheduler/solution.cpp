@@ -129,36 +129,23 @@ Result<std::vector<FreshIrradiance>> Solution::final_gather(std::span<const Gath
   return parts_->fresh->gather(*bright, points, settings);
 }
 
-std::int32_t leaf_at(const PatchView& patch, const Vec2& p) {
-  const auto inside = [&](const Element& e) {
-    const std::span<const Vec2> o = patch.polygon(e);
-    for (std::size_t i = 0; i < o.size(); ++i) {
-      const Vec2 d = o[i + 1 < o.size() ? i + 1 : 0] - o[i], q = p - o[i];
-      if (d.x * q.y - d.y * q.x < 0) return false;
-    }
-    return true;
-  };
-  // How far outside an element's outline p lies; where it is in neither child, for rounding or off
-  // the patch, the one with less of it holds p.
-  const auto outside = [&](const Element& e) {
-    const std::span<const Vec2> o = patch.polygon(e);
-    double worst = -std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < o.size(); ++i) {
-      const Vec2 d = o[(i + 1) % o.size()] - o[i], q = p - o[i];
-      const double l = std::hypot(d.x, d.y);
-      if (l > 0) worst = std::max(worst, -(d.x * q.y - d.y * q.x) / l);
-    }
-    return worst;
-  };
-  std::int32_t i = 0;
+std::int32_t leaf_at(const PatchView& patch, const Vec2& p, std::int32_t above) {
+  std::int32_t i = above;
   while (!patch.elements[i].leaf()) {
+    // Of the first half's edges the cut alone has the second half, and so its centroid, beyond it.
     const std::int32_t c = patch.elements[i].child;
-    if (inside(patch.elements[c]))
-      i = c;
-    else if (inside(patch.elements[c + 1]))
-      i = c + 1;
-    else
-      i = outside(patch.elements[c]) <= outside(patch.elements[c + 1]) ? c : c + 1;
+    const std::span<const Vec2> o = patch.polygon(patch.elements[c]);
+    const Vec2 second = patch.elements[c + 1].centroid;
+    i = c;
+    for (std::size_t a = o.size() - 1, b = 0; b < o.size(); a = b++) {
+      const Vec2 d = o[b] - o[a];
+      const auto beyond = [&](const Vec2& x) {
+        return d.x * (x.y - o[a].y) - d.y * (x.x - o[a].x) < 0;
+      };
+      if (!beyond(second)) continue;
+      if (beyond(p)) i = c + 1;
+      break;
+    }
   }
   return i;
 }

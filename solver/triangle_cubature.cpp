@@ -78,7 +78,8 @@ std::pair<Triangle, Triangle> bisect(const Triangle& t) {
   int from = 0;
   double longest = -1;
   for (int i = 0; i < 3; ++i) {
-    const double l = length(t[(i + 1) % 3] - t[i]);
+    const Vec3 edge = t[(i + 1) % 3] - t[i];
+    const double l = dot(edge, edge);
     if (l > longest) {
       longest = l;
       from = i;

@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
+#include "engine/squared.h"
+#include "solver/form_factor.h"
 #include "test/physics/rooms.h"
 #include "test/scheduler/solved_store.h"
 
@@ -82,6 +85,67 @@ TEST(FreshGather, UnderALampHalfHidden) {
   EXPECT_GT(error, 0);
   EXPECT_LT(error, kMost * expected);
   EXPECT_NEAR(luminance(e.mean), expected, 4 * error + 1e-3 * expected);
+}
+
+// Far more lamps than rays: which get one is left to chance, and that evens out. A screen half way
+// up ends straight above the point: it hides a third of the lamps, and none of the others.
+TEST(FreshGather, ManyLampsAreChosenByChanceWithoutBias) {
+  constexpr int kAlong = 20, kAcross = 15, kSeeds = 200;
+  constexpr double kSide = 0.1, kStep = 0.2;      // m
+  constexpr double kEdge = 7 * kStep;             // of the screen, between two rows of lamps
+  constexpr double kCentres = squared(0.02);      // the kernel at a far lamp's centre errs by less
+  constexpr double kChance = 1e-5, kMost = 1e-2;  // of E: bounds of the mean's noise
+  const Vec3 x{kEdge, kRoom.y / 2, 0};
+  Builder b("a black floor under many lamps");
+  const PaintId black = b.paint("black", 0);
+  b.rectangle("floor", black, Vec3{0}, {kRoom.x, 0, 0}, {0, kRoom.y, 0});
+  b.rectangle("screen", black, {0, 0, kRoom.z / 2}, {kEdge, 0, 0}, {0, kRoom.y, 0});
+  const std::array lamps{b.paint("dim", 0, kLuminance), b.paint("lamp", 0, 2 * kLuminance),
+                         b.paint("bright", 0, 3 * kLuminance)};
+  double expected = 0;
+  for (int i = 0; i < kAlong; ++i)
+    for (int j = 0; j < kAcross; ++j) {
+      const double luminance = kLuminance * (1 + j % 3);
+      const PaintId lamp = lamps[std::size_t(j % 3)];
+      const Vec3 corner{kStep * i + kSide / 2, kStep * j + kSide / 2, kRoom.z};
+      const Vec3 u{0, kSide, 0}, v{kSide, 0, 0};
+      b.rectangle("lamp", lamp, corner, u, v);
+      const Polygon outline{corner, corner + u, corner + u + v, corner + v};
+      if (corner.x > kEdge) expected += kPi * luminance * point_to_polygon(x, kUp, outline);
+    }
+  Bench bench(b.take());
+  SolvedStore run(solved(bench), kArena);
+  const GatherPoint point = run.point_at(x, kUp);
+  double sum = 0, squares = 0;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const auto e = run.gather({&point, 1}, {.directions = 32, .replicates = 2, .seed = seed});
+    sum += luminance(e.at(0).mean);
+    squares += squared(luminance(e.at(0).mean));
+  }
+  const double mean = sum / kSeeds;
+  const double error = std::sqrt((squares / kSeeds - mean * mean) / (kSeeds - 1));
+  EXPECT_GT(error, kChance * expected);
+  EXPECT_LT(error, kMost * expected);
+  EXPECT_NEAR(mean, expected, 4 * error + kCentres * expected);
+}
+
+// A lamp that reaches from below a point's horizon to above it: a ray or two bring all of what is
+// above, whatever their number.
+TEST(FreshGather, ALampAcrossTheHorizonIsExactWithARay) {
+  Builder b("a shelf beside a tall lamp");
+  const PaintId black = b.paint("black", 0), lamp = b.paint("lamp", 0, kLuminance);
+  b.rectangle("shelf", black, {0, 0, 1}, {0.9, 0, 0}, {0, 3, 0});
+  b.rectangle("lamp", lamp, {1, 1, 0}, {0, 0, 2}, {0, 1, 0});
+  Bench bench(b.take());
+  SolvedStore run(solved(bench), kArena);
+  const Vec3 x{0.3, 1.4, 1};
+  const Polygon above{{1, 1, 1}, {1, 1, 2}, {1, 2, 2}, {1, 2, 1}};
+  const double expected = kPi * kLuminance * point_to_polygon(x, kUp, above);
+  const GatherPoint point = run.point_at(x, kUp);
+  for (std::uint64_t seed = 1; seed <= 32; ++seed) {
+    const auto e = run.gather({&point, 1}, {.directions = 1, .replicates = 1, .seed = seed});
+    EXPECT_NEAR(luminance(e.at(0).mean), expected, 1e-6 * expected);
+  }
 }
 
 // What 64 gathers of other seeds scatter by is what each says of itself.
