@@ -354,12 +354,10 @@ Tube Refiner::skip_tube(const Tube* parent) {
 
 void Refiner::descend(std::int32_t receiver, const Site& site, const Source& source,
                       const Tube* parent) {
-  // Dark sources fill rows as well: what a row misses of them is taken for the room's mean, in the
-  // dark under a box as anywhere.
-  const double least = kDarkest * settings_.mean_irradiance;
-  const double stake = std::max(source.radiosity, least);
+  // Dark sources fill rows as well: what they cover is not to be taken for the room's mean.
   const double bound =
-      form_factor_bound(site, *source.site) * std::max(source.radiosity + source.detail, least);
+      form_factor_bound(site, *source.site) *
+      std::max(source.radiosity + source.detail, kDarkest * settings_.mean_irradiance);
   const double most = bound * weight(receiver, 0);
   if (most < kNegligible * settings_.threshold) return;
   if (most < kThin * settings_.threshold) return thin_link(receiver, site, source);
@@ -369,6 +367,11 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
   if (!(open.mean > 0) && !(open.center > 0) && !facing(site, *source.site, settings_.tolerance))
     return;
 
+  // What a row misses of a source close by is taken for the room's mean, in the dark under a box as
+  // anywhere: so much is at stake though the source be dark.
+  const double stake = open.probe_count > 0
+                           ? std::max(source.radiosity, kDarkStake * settings_.mean_irradiance)
+                           : source.radiosity;
   double variation =
       source.detail > 0 ? source.detail * sensitivity_spread(site, *source.site, open) : 0;
   // What the shape alone gets wrong needs no ray to be known.
