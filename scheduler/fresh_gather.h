@@ -78,8 +78,8 @@ class FreshGather {
   struct RayEnd;
   struct Batch;
 
-  Result<const RayWorld*> world_of(ClusterId cluster);
-  Status trace(Batch& batch);
+  const RayWorld& world_of(ClusterId cluster);
+  void trace(Batch& batch);
   void trace_room(const RayScene& scene, std::size_t first, std::size_t last, Batch& batch) const;
   void send_out(const RayScene& scene, const GatherPoint& point, std::uint32_t replicate,
                 std::size_t count, std::uint64_t key, std::vector<RayEnd>& ends) const;

@@ -113,7 +113,7 @@ void plan_memory(const SolveOptions& options, const Model& model, Plan& plan) {
 void plan_disk(const SolveOptions& options, const Model& model, Plan& plan) {
   constexpr double kGrowthByError = 0.2;
   constexpr double kCopies = 2;
-  std::uint64_t first = model.vertices.size() * sizeof(Vec3) * 2 +  // blockers and the model
+  std::uint64_t first = model.vertices.size() * sizeof(Vec3) +
                         model.patches.size() * sizeof(Patch) +
                         model.visible.items.size() * sizeof(ClusterId);
   for (const Cluster& c : model.clusters)

@@ -398,7 +398,7 @@ Result<SolveSummary> Scheduler::run() {
   ATRIUM_RETURN_IF_ERROR(take_up_run());
   const Model& model = prepared_->model;
   const RayUse rays = forces(options_, kRays) ? RayUse::kAlways : RayUse::kWhereSomethingMayBlock;
-  worlds_ = std::make_unique<RayWorlds>(model, directory_.store(), rays);
+  worlds_ = std::make_unique<RayWorlds>(model, rays);
   fresh_ = std::make_unique<FreshGather>(model, directory_.store(), *worlds_);
   // Half of the memory holds links, the others are on disk: their bits are the same.
   const std::uint64_t budget = options_.links == "keep" ? ~std::uint64_t{0} : options_.memory / 2;
