@@ -374,9 +374,13 @@ Status Scheduler::prepare_all() {
   prepared_.emplace(std::move(prepared).value());
   for (const std::string& w : prepared_->plan.warnings) report_.say("warning: " + w);
   const Model& model = prepared_->model;
-  Result<std::vector<ClusterId>> order = make_order(options_.order, model, options_.seed);
+  const double start = now();
+  Result<std::vector<ClusterId>> order =
+      make_order(options_.order, {model, prepared_->scene.materials, options_.seed});
   if (!order.ok()) return order.status();
   order_ = std::move(order).value();
+  ATRIUM_RETURN_IF_ERROR(report_.log("order " + options_.order + " was made in " +
+                                     std::to_string(now() - start) + " s"));
   equilibrium_.emplace(model, order_);
   if (!options_.reference.empty()) {
     Result<ReferencePoints> points =
