@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "engine/stopwatch.h"
+#include "pagestore/trace.h"
 #include "scheduler/first_records.h"
 #include "scheduler/gather_cluster.h"
 #include "scheduler/levels.h"
@@ -269,6 +270,7 @@ Status Scheduler::sweep() {
     ATRIUM_RETURN_IF_ERROR(report_.show(cursor_, sweep_, false));
     if (report_.line_due()) ATRIUM_RETURN_IF_ERROR(record_history(cursor_.level, false));
   }
+  directory_.mark_iteration(kBetweenIterations);
   // The iteration is over and its consequences drawn before anything can fail again.
   const std::uint32_t level = cursor_.level;
   if (cursor_.phase != Phase::kMend) summary().iterations = ++cursor_.iteration;
