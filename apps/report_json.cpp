@@ -273,10 +273,16 @@ std::string conversion_json(const std::string& file, const std::string& format,
 }
 
 std::string simulation_json(const SimulationTable& table) {
-  Json rows = Json::array(), bounds = Json::array();
+  Json rows = Json::array(), bounds = Json::array(), bytes = Json::array();
   for (const Simulation& s : table.rows) rows.push_back(simulation_row(s));
   for (const std::optional<double>& b : table.bounds) bounds.push_back(b ? Json(*b) : Json());
-  return document({{"rows", rows}, {"lower_bound_misses", bounds}, {"unit_size", table.unit_size}});
+  for (const std::optional<LeastBytes>& b : table.bytes)
+    bytes.push_back(b ? Json{{"in_this_order", b->in_this_order}, {"in_any_order", b->in_any_order}}
+                      : Json());
+  return document({{"rows", rows},
+                   {"lower_bound_misses", bounds},
+                   {"lower_bound_bytes", bytes},
+                   {"unit_size", table.unit_size}});
 }
 
 std::string curve_json(const MissCurve& curve) {

@@ -38,6 +38,7 @@ struct TraceOptions {
   std::uint64_t seed = 0;
   DiskModel disk;
   std::string bound = "auto";
+  std::uint64_t iteration = CountedPart::kAll;
   double sample = 1;
   std::string output, store, io = "mmap";
 };
@@ -125,6 +126,15 @@ bool wants_bound(const TraceOptions& options, const Trace& trace, Console& conso
   return false;
 }
 
+// Of one iteration, bytes alone: misses are bounded over the whole of a trace.
+void find_bound(const Trace& trace, const TraceOptions& options, SimulationTable& table,
+                std::size_t arena) {
+  if (options.iteration == CountedPart::kAll)
+    table.bounds[arena] = lower_bound_misses(trace, table.arenas[arena], options.unit_size);
+  if (trace.pins && !options.unit_size)
+    table.bytes[arena] = least_bytes(trace, table.arenas[arena], options.iteration);
+}
+
 // Every cell of the table and every bound on its own, over all threads.
 SimulationTable simulate_all(const Trace& trace, const TraceOptions& options,
                              std::vector<std::uint64_t> arenas, bool bounded) {
@@ -134,16 +144,17 @@ SimulationTable simulate_all(const Trace& trace, const TraceOptions& options,
   const std::size_t columns = table.arenas.size();
   table.rows.resize(options.policies.size() * columns);
   table.bounds.resize(columns);
+  table.bytes.resize(columns);
   const std::size_t bounds = bounded ? columns : 0;
   const auto cell = [&](std::size_t i) {
     if (i < bounds) {  // first: they take longest
-      table.bounds[i] = lower_bound_misses(trace, table.arenas[i], options.unit_size);
+      find_bound(trace, options, table, i);
       return;
     }
     const std::size_t row = i - bounds;
     Result<Simulation> done =
         simulate(trace, options.policies[row / columns], table.arenas[row % columns],
-                 options.unit_size, options.disk);
+                 options.unit_size, options.disk, options.iteration);
     table.rows[row] = std::move(done).value();  // the policies were parsed before
   };
   tbb::parallel_for(std::size_t{0}, bounds + table.rows.size(), cell, tbb::simple_partitioner());
@@ -317,6 +328,8 @@ void add_trace_options(OptionSet& set, TraceOptions& o) {
   set.choice("reorder", "simulate: the gathers in another order", reorder_names(), o.reorder);
   set.count("seed", "simulate: of the random order", 0, UINT64_MAX,
             [&o](std::uint64_t seed) { o.seed = seed; });
+  set.count("iteration", "simulate: count this one alone, after what came before it", 1,
+            CountedPart::kAll - 1, [&o](std::uint64_t number) { o.iteration = number; });
   set.time("seconds-per-read", "simulate, replay: what a read or write costs before its first byte",
            o.disk.seconds_per_operation);
   set.custom("bandwidth", "simulate, replay: of the disk", "SIZE/s",

@@ -43,11 +43,12 @@ void follow(std::vector<Sizes>& sizes, const Trace& trace, const TraceEvent& eve
   }
 }
 
-void count(TraceInfo& info, TraceOp op) {
+void count(TraceInfo& info, const TraceEvent& event) {
+  const TraceOp op = event.op;
   if (op == TraceOp::kDirty || op == TraceOp::kPut) ++info.dirties;
   if (op == TraceOp::kCreate) ++info.creates;
   if (op == TraceOp::kGather) ++info.gathers;
-  if (op == TraceOp::kIteration) ++info.iterations;
+  if (op == TraceOp::kIteration && event.bytes != kBetweenIterations) ++info.iterations;
   if (op == TraceOp::kCheckpoint) ++info.checkpoints;
 }
 
@@ -93,7 +94,7 @@ TraceInfo trace_info(const TraceFile& file, const std::string& name) {
   info.smallest_arena = smallest_feasible_arena(trace, false);
   std::vector<Sizes> sizes(trace.ids.size());
   for (const TraceEvent& event : trace.events) {
-    count(info, event.op);
+    count(info, event);
     follow(sizes, trace, event);
     if (is_request(event.op)) info.bytes += sizes[event.record].now;
   }
@@ -121,6 +122,11 @@ std::string simulation_text(const SimulationTable& table) {
     if (table.bounds[a])
       out << "no policy has fewer misses than " << std::fixed << std::setprecision(1)
           << *table.bounds[a] << " in " << arena_text(table.arenas[a], table.unit_size) << '\n';
+  for (std::size_t a = 0; a < table.arenas.size(); ++a)
+    if (table.bytes[a])
+      out << "no policy reads fewer bytes than " << std::fixed << std::setprecision(0)
+          << table.bytes[a]->in_this_order << " in " << arena_text(table.arenas[a], false)
+          << ", in any order of the gathers " << table.bytes[a]->in_any_order << '\n';
   return out.str();
 }
 

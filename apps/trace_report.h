@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "pagestore/curve.h"
+#include "pagestore/lower_bound.h"
 #include "pagestore/replay.h"
 #include "pagestore/simulate.h"
 #include "pagestore/trace_file.h"
@@ -37,6 +38,7 @@ struct SimulationTable {
   std::vector<Simulation> rows;
   std::vector<std::uint64_t> arenas;
   std::vector<std::optional<double>> bounds;  // an arena: the least misses that there can be
+  std::vector<std::optional<LeastBytes>> bytes;  // likewise, that can be read
 };
 std::string simulation_text(const SimulationTable& table);
 

@@ -1,7 +1,7 @@
 // The packing as a flow: `capacity` bytes flow along the line from its first place to its last.
 // What flows from a place to the next one is room left free; an interval is an arc past the places
-// it covers, as wide as its bytes, that earns 1 / bytes a byte. The dearest flow is found by the
-// primal network simplex method. [Berger, Beckmann, Harchol-Balter, SIGMETRICS 2018; Ahuja,
+// it covers, as wide as its bytes, that earns worth / bytes a byte. The dearest flow is found by
+// the primal network simplex method. [Berger, Beckmann, Harchol-Balter, SIGMETRICS 2018; Ahuja,
 // Magnanti, Orlin, Network Flows, 1993, §11]
 //
 // Invariants of Line:
@@ -85,7 +85,7 @@ enum class ArcState : std::int8_t { kFull = -1, kTree = 0, kEmpty = 1 };
 
 struct Arc {
   Place from, to;
-  std::int64_t cost;   // of a byte; -1 / bytes of the interval, in units of 1 / scale
+  std::int64_t cost;   // of a byte; -worth / bytes of the interval, in units of 1 / scale
   std::int64_t width;  // bytes
   std::int64_t flow;   // bytes
   ArcState state;
@@ -145,9 +145,10 @@ class Line {
 // Costs are whole multiples of 1 / scale: the finest unit in which prices, which are sums of at
 // most one cost a place, do not overflow.
 std::int64_t cost_scale(const std::vector<PackedInterval>& intervals, Place places) {
-  std::uint64_t smallest = std::numeric_limits<std::uint64_t>::max();
-  for (const PackedInterval& interval : intervals) smallest = std::min(smallest, interval.bytes);
-  const int bits = kPriceBits - std::bit_width(places) + std::bit_width(smallest) - 1;
+  std::uint64_t fewest = std::numeric_limits<std::uint64_t>::max();  // bytes a worth
+  for (const PackedInterval& interval : intervals)
+    fewest = std::min(fewest, interval.bytes / interval.worth);
+  const int bits = kPriceBits - std::bit_width(places) + std::bit_width(fewest) - 1;
   return std::int64_t{1} << std::min(bits, kPriceBits);
 }
 
@@ -159,8 +160,10 @@ Line::Line(const std::vector<PackedInterval>& intervals, Place places, std::int6
     arcs_.push_back({place, place + 1, 0, kUnbounded, capacity, ArcState::kTree});
   for (const PackedInterval& interval : intervals) {
     const auto width = static_cast<std::int64_t>(interval.bytes);
-    const std::int64_t worth = (scale_ + width - 1) / width;  // rounded up: the bound stays one
-    arcs_.push_back({interval.begin, interval.end, -worth, width, 0, ArcState::kEmpty});
+    const auto worth = static_cast<std::int64_t>(interval.worth);
+    const std::int64_t earns =  // worth * scale / width, rounded up: the bound stays one
+        scale_ / width * worth + (scale_ % width * worth + width - 1) / width;
+    arcs_.push_back({interval.begin, interval.end, -earns, width, 0, ArcState::kEmpty});
   }
   block_ = static_cast<std::size_t>(std::sqrt(static_cast<double>(arcs_.size()))) + 1;
   for (Place place = places; place-- > 0;) {
@@ -171,13 +174,13 @@ Line::Line(const std::vector<PackedInterval>& intervals, Place places, std::int6
   keep_greedily(capacity);
 }
 
-// Those that take the least bytes times places first, as long as there is room.
+// Those that take the fewest places for what they earn a byte first, as long as there is room.
 void Line::keep_greedily(std::int64_t capacity) {
   std::vector<ArcNumber> order(arcs_.size() - (nodes_.size() - 1));
   std::iota(order.begin(), order.end(), static_cast<ArcNumber>(nodes_.size() - 1));
   const auto taken = [this](ArcNumber number) {
     const Arc& arc = arcs_[number];
-    return static_cast<double>(arc.width) * (arc.to - arc.from);
+    return static_cast<double>(arc.to - arc.from) / static_cast<double>(-arc.cost);
   };
   std::sort(order.begin(), order.end(), [&](ArcNumber a, ArcNumber b) {
     return std::pair(taken(a), a) < std::pair(taken(b), b);
@@ -386,9 +389,11 @@ double largest_packing(const std::vector<PackedInterval>& intervals, std::uint64
   double free_of_charge = 0;
   for (const PackedInterval& interval : intervals) {
     ATRIUM_CHECK(interval.begin < interval.end);
+    if (interval.worth == 0) continue;
     if (interval.bytes == 0) {
-      ++free_of_charge;
+      free_of_charge += static_cast<double>(interval.worth);
     } else if (interval.bytes <= capacity) {
+      ATRIUM_CHECK(interval.worth <= interval.bytes);
       packed.push_back(interval);
       bytes += interval.bytes;
     }

@@ -12,10 +12,12 @@ struct PackedInterval {
   std::uint32_t begin = 0,
                 end = 0;  // places of the line, begin < end: it takes room over [begin, end)
   std::uint64_t bytes = 0;
+  std::uint64_t worth = 1;  // of keeping it whole; at most its bytes
 };
 
-// The greatest sum of kept shares, each between 0 and 1. An interval counts for 1 or a little more:
-// by no more than places * its bytes / the fewest bytes of an interval / 2^60.
+// The greatest sum of what the kept shares are worth, each share between 0 and 1. An interval
+// counts for its worth or a little more: by no more than places * its bytes / the fewest bytes a
+// worth of an interval / 2^60.
 double largest_packing(const std::vector<PackedInterval>& intervals, std::uint64_t capacity);
 
 }  // namespace atrium

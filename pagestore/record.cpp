@@ -14,7 +14,7 @@ static_assert(std::endian::native == std::endian::little, "the page store is lit
 
 namespace {
 
-constexpr const char* kKindNames[kRecordKinds] = {"directory", "cluster", "blockers", "model",
+constexpr const char* kKindNames[kRecordKinds] = {"directory", "cluster", "unused", "model",
                                                   "other",     "braids",  "equilibrium", "mend"};
 
 std::uint64_t header_hash_of(const RecordHeader& header) {

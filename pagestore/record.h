@@ -24,8 +24,7 @@ namespace atrium {
 enum class RecordKind : std::uint8_t {
   kDirectory = 0,  // the store's own: directory and state
   kCluster = 1,    // a cluster's solution: read, gathered to, written
-  kBlockers = 2,   // immutable polygons
-  kModel = 3,
+  kModel = 3,      // 2 is not used
   kOther = 4,
   kBraids = 5,       // a receiver's links
   kEquilibrium = 6,  // the iteration's coarse system

@@ -71,17 +71,20 @@ class Run {
     for (std::size_t r = 0; r < records_.size(); ++r) records_[r].payload = trace.sizes[r];
   }
 
-  void count_into(Simulation& counts) {
-    counts_ = &counts;
+  void count_into(Simulation& counts, CountedPart part) {
+    Simulation not_counted;
+    counts_ = part.here ? &counts : &not_counted;
     std::size_t left = request_count(trace_);
     for (const TraceEvent& event : trace_.events) {
+      part.pass(event);
+      counts_ = part.here ? &counts : &not_counted;
       left -= is_request(event.op) ? 1 : 0;
       if (event.op == TraceOp::kCheckpoint)
         checkpoint(left > 0);
       else
         play(event);
     }
-    checkpoint(false);
+    if (part.here) checkpoint(false);
   }
 
  private:
@@ -238,7 +241,7 @@ double modelled_seconds(const Simulation& counts, const DiskModel& disk) {
 }  // namespace
 
 Result<Simulation> simulate(const Trace& trace, const std::string& policy, std::uint64_t arena,
-                            bool unit_size, const DiskModel& disk) {
+                            bool unit_size, const DiskModel& disk, std::uint64_t iteration) {
   const auto choice = parse_policy(policy);
   if (!choice.ok()) return choice.status();
   ATRIUM_RETURN_IF_ERROR(check_trace(trace));
@@ -248,7 +251,7 @@ Result<Simulation> simulate(const Trace& trace, const std::string& policy, std::
   counts.min_feasible_arena = smallest_feasible_arena(trace, unit_size);
   counts.feasible = !trace.pins || arena >= counts.min_feasible_arena;
   if (!counts.feasible) return counts;
-  Run(trace, *choice, arena, unit_size).count_into(counts);
+  Run(trace, *choice, arena, unit_size).count_into(counts, CountedPart(iteration));
   counts.seconds = modelled_seconds(counts, disk);
   return counts;
 }

@@ -9,6 +9,7 @@
 // that changes nothing, and the size of a record in the arena stays that of the request that
 // brought it in. A policy with foresight is told of a next request as soon as that is within its
 // reach of the last request begun, before room is made for that one.
+// Where one iteration is counted, what came before it has filled the arena.
 // Pure functions; safe from any thread.
 #pragma once
 
@@ -42,6 +43,7 @@ struct Simulation {
 
 // kUsage: no such policy, or a trace that is not sound (check_trace).
 Result<Simulation> simulate(const Trace& trace, const std::string& policy, std::uint64_t arena,
-                            bool unit_size = false, const DiskModel& disk = {});
+                            bool unit_size = false, const DiskModel& disk = {},
+                            std::uint64_t iteration = CountedPart::kAll);
 
 }  // namespace atrium

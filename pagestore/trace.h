@@ -24,13 +24,15 @@ enum class TraceOp : std::uint8_t {
   kGet,         // a request, released at once; brought in, it is `bytes` long
   kPut,         // likewise, and dirty
   kGather,      // the gather to `record` begins; what follows up to the next mark is its own
-  kIteration,   // iteration number `bytes` begins
+  kIteration,   // iteration number `bytes` begins; kBetweenIterations: the last one is over
   kCheckpoint,  // every dirty record is written and stays where it is
 };
 
 constexpr bool is_request(TraceOp op) {
   return op == TraceOp::kRead || op == TraceOp::kGet || op == TraceOp::kPut;
 }
+
+inline constexpr std::uint64_t kBetweenIterations = 0;
 
 struct TraceEvent {
   TraceOp op;
@@ -52,6 +54,22 @@ struct Trace {
 std::uint64_t arena_charge(const Trace& trace, std::uint64_t payload_bytes, bool unit_size);
 
 std::uint64_t request_count(const Trace& trace);
+
+// What of a trace is counted: one iteration, or all of it.
+class CountedPart {
+ public:
+  static constexpr std::uint64_t kAll = ~std::uint64_t{0};
+  explicit CountedPart(std::uint64_t iteration = kAll)
+      : here(iteration == kAll), iteration_(iteration) {}
+  void pass(const TraceEvent& event) {
+    if (iteration_ == kAll || event.op != TraceOp::kIteration) return;
+    here = event.bytes == iteration_;
+  }
+  bool here;  // after the events that were passed
+
+ private:
+  std::uint64_t iteration_;
+};
 
 // Can this have been asked of a store? kUsage, naming the event, if it is of a record without a
 // number, of the other kind of trace, if it dirties or releases what is not pinned, or creates what

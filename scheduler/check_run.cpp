@@ -10,7 +10,6 @@
 #include "engine/cluster_record.h"
 #include "engine/stopwatch.h"
 #include "pagestore/root.h"
-#include "scheduler/blocker_record.h"
 #include "scheduler/braid_record.h"
 #include "scheduler/run_model.h"
 #include "scheduler/run_state.h"
@@ -51,10 +50,6 @@ Status parse_record(RecordId id, std::span<const std::byte> payload) {
     if (view->head().cluster == index_of(id)) return {};
     return Status(Code::kStore, "", "", "it is of another cluster", kDamageRemedy);
   }
-  if (kind_of(id) == RecordKind::kBlockers) {
-    BlockerSet set;
-    return append_blockers(payload, set);
-  }
   if (kind_of(id) == RecordKind::kBraids) return read_braids(payload).status();
   return {};
 }
@@ -70,13 +65,14 @@ Status check_records(ClusterStore& store, const std::string& directory) {
   return {};
 }
 
-// The model loads, and every cluster of it has its records.
+// The model loads, and every cluster of it has its record.
 Status check_model(ClusterStore& store, const std::string& directory) {
   const Result<RunModel> run = load_run_model(store, directory);
   if (!run.ok()) return run.status();
-  for (std::size_t c = 0; c < run->model.clusters.size(); ++c)
-    for (const RecordKind kind : {RecordKind::kCluster, RecordKind::kBlockers})
-      if (!store.contains(record_id(kind, c))) return missing(directory, record_id(kind, c));
+  for (std::size_t c = 0; c < run->model.clusters.size(); ++c) {
+    const RecordId id = record_id(RecordKind::kCluster, c);
+    if (!store.contains(id)) return missing(directory, id);
+  }
   return {};
 }
 

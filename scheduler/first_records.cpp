@@ -3,7 +3,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "scheduler/blocker_record.h"
 #include "scheduler/run_model.h"
 #include "solver/element_tree.h"
 #include "solver/face_groups.h"
@@ -41,8 +40,6 @@ Status write_first_records(const Prepared& prepared, int basis, ClusterStore& st
     std::vector<std::byte> bytes(record_bytes(trees, groups));
     write_record(static_cast<std::uint32_t>(c), trees, bytes, groups);
     ATRIUM_RETURN_IF_ERROR(store.create_record(record_id(RecordKind::kCluster, c), bytes));
-    ATRIUM_RETURN_IF_ERROR(
-        store.create_record(record_id(RecordKind::kBlockers, c), write_blockers(model, cluster)));
   }
   return store_run_model(to_bytes(run_model(prepared, basis)), store);
 }

@@ -10,7 +10,7 @@
 
 namespace atrium {
 
-// Every cluster's record, elements of this basis, its blockers, and the model.
+// Every cluster's record, elements of this basis, and the model.
 Status write_first_records(const Prepared& prepared, int basis, ClusterStore& store);
 
 // Tells one partitioned scene from another: shapes, who sees whom, and how all of it reflects and

@@ -111,17 +111,14 @@ FreshGather::FreshGather(const Model& model, ClusterStore& store, RayWorlds& wor
       batch_(std::make_unique<Batch>()) {}
 FreshGather::~FreshGather() = default;
 
-Result<const RayWorld*> FreshGather::world_of(ClusterId cluster) {
+const RayWorld& FreshGather::world_of(ClusterId cluster) {
   if (cluster.valid()) return worlds_.of(cluster);
   if (!everything_) {
     std::vector<ClusterId> all;
     for (std::size_t c = 0; c < model_.clusters.size(); ++c) all.push_back(ClusterId(c));
-    Result<std::unique_ptr<RayWorld>> world =
-        RayWorld::build(store_, all, model_.tolerance, RayUse::kAlways);
-    if (!world.ok()) return world.status();
-    everything_ = std::move(world).value();
+    everything_ = std::make_unique<RayWorld>(model_, all, RayUse::kAlways);
   }
-  return static_cast<const RayWorld*>(everything_.get());
+  return *everything_;
 }
 
 // Light that meets a surface from behind meets its other side, or what else closes with it; the
@@ -211,22 +208,20 @@ void FreshGather::trace_room(const RayScene& scene, std::size_t first, std::size
 }
 
 // Room by room, since each has a ray structure of its own.
-Status FreshGather::trace(Batch& batch) {
+void FreshGather::trace(Batch& batch) {
   const auto room = [&](std::size_t i) {
     const ClusterId c = batch.point(i).cluster;
     return c.valid() ? model_.clusters[c.value].room : model_.rooms;
   };
   for (std::size_t first = 0, last = 0; first < batch.numbers.size(); first = last) {
     while (last < batch.numbers.size() && room(last) == room(first)) ++last;
-    const Result<const RayWorld*> world = world_of(batch.point(first).cluster);
-    if (!world.ok()) return world.status();
-    if (const RayScene* rays = (*world)->surroundings().rays) {
+    const RayWorld& world = world_of(batch.point(first).cluster);
+    if (const RayScene* rays = world.surroundings().rays) {
       trace_room(*rays, first, last, batch);
     } else {  // a convex empty room: few polygons
-      trace_room(RayScene((*world)->outlines()), first, last, batch);
+      trace_room(RayScene(world.outlines()), first, last, batch);
     }
   }
-  return {};
 }
 
 // What a ray brings of the patch that it met. What shadow rays bring is not brought again.
@@ -330,7 +325,7 @@ Result<std::vector<FreshIrradiance>> FreshGather::gather(const BrightSources& br
     batch.ends.resize(batch.numbers.size() * batch.directions());
     batch.shadow.resize(std::max(batch.shadow.size(), batch.numbers.size()));
     batch.direct.resize(batch.numbers.size() * batch.replicates());
-    ATRIUM_RETURN_IF_ERROR(trace(batch));
+    trace(batch);
     ATRIUM_RETURN_IF_ERROR(read_off(batch));
     tbb::parallel_for(std::size_t(0), batch.numbers.size(), [&](std::size_t i) {
       conclude(batch, i, results[batch.numbers[i]], shares);

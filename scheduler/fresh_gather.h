@@ -80,8 +80,8 @@ class FreshGather {
   struct Batch;
   struct Scratch;
 
-  Result<const RayWorld*> world_of(ClusterId cluster);
-  Status trace(Batch& batch);
+  const RayWorld& world_of(ClusterId cluster);
+  void trace(Batch& batch);
   void trace_room(const RayScene& scene, std::size_t first, std::size_t last, Batch& batch) const;
   void send_out(const RayScene& scene, const GatherPoint& point, std::span<const Vec3> along,
                 std::span<RayEnd> ends) const;

@@ -293,11 +293,10 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   Surroundings around;
   std::size_t blocker_bytes = 0;
   if (task.linking != Linking::kUseKept) {
-    Result<const RayWorld*> world = worlds.of(task.receiver);
-    if (!world.ok()) return world.status();
-    around = (*world)->surroundings();
-    blocker_bytes = (*world)->bytes();
-    measure_escapes(receiver, **world, task.refine.tolerance);
+    const RayWorld& world = worlds.of(task.receiver);
+    around = world.surroundings();
+    blocker_bytes = world.bytes();
+    measure_escapes(receiver, world, task.refine.tolerance);
   }
   take_pending(*task.equilibrium, task.receiver, receiver);
   if (task.linking != Linking::kUseKept) cut_at_contacts(task, receiver);

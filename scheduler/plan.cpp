@@ -113,7 +113,7 @@ void plan_memory(const SolveOptions& options, const Model& model, Plan& plan) {
 void plan_disk(const SolveOptions& options, const Model& model, Plan& plan) {
   constexpr double kGrowthByError = 0.2;
   constexpr double kCopies = 2;
-  std::uint64_t first = model.vertices.size() * sizeof(Vec3) * 2 +  // blockers and the model
+  std::uint64_t first = model.vertices.size() * sizeof(Vec3) +
                         model.patches.size() * sizeof(Patch) +
                         model.visible.items.size() * sizeof(ClusterId);
   for (const Cluster& c : model.clusters)
@@ -181,9 +181,7 @@ Status validate(const SolveOptions& o) {
                   "use 1 to " + std::to_string(kMaxOrder));
   if (o.links != "auto" && o.links != "keep" && o.links != "discard")
     return refuse("--links", "unknown choice " + o.links, "use keep, discard or auto");
-  const std::vector<std::string> orders = order_names();
-  if (std::find(orders.begin(), orders.end(), o.order) == orders.end())
-    return refuse("--order", "unknown order " + o.order, "use random, model, source or cell");
+  ATRIUM_RETURN_IF_ERROR(check_order(o.order));
   if (o.io != "mmap" && o.io != "direct")
     return refuse("--io", "unknown way to the disk " + o.io, "use mmap or direct");
   if (!(o.checkpoint_every > 0))

@@ -120,7 +120,7 @@ Result<std::vector<FreshIrradiance>> Solution::final_gather(std::span<const Gath
                                                             const FreshSettings& settings) {
   if (!parts_->fresh) {
     const Model& model = parts_->run.model;
-    parts_->worlds = std::make_unique<RayWorlds>(model, *parts_->store, RayUse::kAlways);
+    parts_->worlds = std::make_unique<RayWorlds>(model, RayUse::kAlways);
     parts_->fresh = std::make_unique<FreshGather>(model, *parts_->store, *parts_->worlds);
   }
   parts_->pin = {};

@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "engine/stopwatch.h"
+#include "pagestore/trace.h"
 #include "scheduler/first_records.h"
 #include "scheduler/gather_cluster.h"
 #include "scheduler/levels.h"
@@ -269,6 +270,7 @@ Status Scheduler::sweep() {
     ATRIUM_RETURN_IF_ERROR(report_.show(cursor_, sweep_, false));
     if (report_.line_due()) ATRIUM_RETURN_IF_ERROR(record_history(cursor_.level, false));
   }
+  directory_.mark_iteration(kBetweenIterations);
   // The iteration is over and its consequences drawn before anything can fail again.
   const std::uint32_t level = cursor_.level;
   if (cursor_.phase != Phase::kMend) summary().iterations = ++cursor_.iteration;
@@ -374,9 +376,13 @@ Status Scheduler::prepare_all() {
   prepared_.emplace(std::move(prepared).value());
   for (const std::string& w : prepared_->plan.warnings) report_.say("warning: " + w);
   const Model& model = prepared_->model;
-  Result<std::vector<ClusterId>> order = make_order(options_.order, model, options_.seed);
+  const double start = now();
+  Result<std::vector<ClusterId>> order =
+      make_order(options_.order, {model, prepared_->scene.materials, options_.seed});
   if (!order.ok()) return order.status();
   order_ = std::move(order).value();
+  ATRIUM_RETURN_IF_ERROR(report_.log("order " + options_.order + " was made in " +
+                                     std::to_string(now() - start) + " s"));
   equilibrium_.emplace(model, order_);
   if (!options_.reference.empty()) {
     Result<ReferencePoints> points =
@@ -398,7 +404,7 @@ Result<SolveSummary> Scheduler::run() {
   ATRIUM_RETURN_IF_ERROR(take_up_run());
   const Model& model = prepared_->model;
   const RayUse rays = forces(options_, kRays) ? RayUse::kAlways : RayUse::kWhereSomethingMayBlock;
-  worlds_ = std::make_unique<RayWorlds>(model, directory_.store(), rays);
+  worlds_ = std::make_unique<RayWorlds>(model, rays);
   fresh_ = std::make_unique<FreshGather>(model, directory_.store(), *worlds_);
   // Half of the memory holds links, the others are on disk: their bits are the same.
   const std::uint64_t budget = options_.links == "keep" ? ~std::uint64_t{0} : options_.memory / 2;

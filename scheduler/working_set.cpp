@@ -4,26 +4,31 @@
 
 namespace atrium {
 
-Result<std::unique_ptr<RayWorld>> RayWorld::build(ClusterStore& store,
-                                                  std::span<const ClusterId> clusters,
-                                                  double tolerance, RayUse use) {
-  std::unique_ptr<RayWorld> world(new RayWorld);
+namespace {
+
+std::vector<BlockerPolygon> polygons_of(const Model& model, std::span<const ClusterId> clusters) {
+  std::vector<BlockerPolygon> polygons;
   for (const ClusterId id : clusters) {
-    Result<ClusterPin> pin = store.read(record_id(RecordKind::kBlockers, id.value));
-    if (!pin.ok()) return pin.status();
-    ATRIUM_RETURN_IF_ERROR(append_blockers(pin->bytes(), world->set_));
+    const Cluster& cluster = model.clusters[id.value];
+    for (std::uint32_t p = cluster.first_patch; p < cluster.first_patch + cluster.patch_count; ++p)
+      polygons.push_back({model.polygon(model.patches[p]), p});
   }
-  for (const BlockerSet::Item& item : world->set_.items)
-    world->polygons_.push_back({world->set_.polygon(item), item.patch});
-  if (use != RayUse::kAlways && !any_may_stand_between(world->polygons_, tolerance)) return world;
-  world->index_.emplace(world->polygons_);
-  world->rays_.emplace(world->polygons_);
-  return world;
+  return polygons;
+}
+
+}  // namespace
+
+RayWorld::RayWorld(const Model& model, std::span<const ClusterId> clusters, RayUse use)
+    : polygons_(polygons_of(model, clusters)) {
+  if (use != RayUse::kAlways && !any_may_stand_between(polygons_, model.tolerance)) return;
+  index_.emplace(polygons_);
+  rays_.emplace(polygons_);
 }
 
 std::size_t RayWorld::bytes() const {
-  return set_.items.size() * sizeof(BlockerSet::Item) + set_.vertices.size() * sizeof(Vec3) +
-         polygons_.size() * sizeof(BlockerPolygon) +
+  std::size_t vertices = 0;
+  for (const BlockerPolygon& b : polygons_) vertices += b.polygon.size();
+  return vertices * sizeof(Vec3) + polygons_.size() * sizeof(BlockerPolygon) +
          (index_ ? index_->bytes() + rays_->bytes() : 0);
 }
 
@@ -47,35 +52,27 @@ Rows<ClusterId> seen_from_rooms(const Model& model) {
 std::uint32_t count_rooms_without_rays(const Model& model) {
   const Rows<ClusterId> seen = seen_from_rooms(model);
   std::uint32_t count = 0;
-  std::vector<BlockerPolygon> polygons;
   for (std::size_t room = 0; room < seen.size(); ++room) {
-    polygons.clear();
-    for (const ClusterId c : seen[room]) {
-      const Cluster& cluster = model.clusters[c.value];
-      for (std::uint32_t p = 0; p < cluster.patch_count; ++p)
-        polygons.push_back({model.polygon(model.patches[cluster.first_patch + p]), p});
-    }
+    const std::vector<BlockerPolygon> polygons = polygons_of(model, seen[room]);
     count += !polygons.empty() && !any_may_stand_between(polygons, model.tolerance);
   }
   return count;
 }
 
-RayWorlds::RayWorlds(const Model& model, ClusterStore& store, RayUse use)
-    : model_(model), store_(store), use_(use), seen_from_room_(seen_from_rooms(model)) {}
+RayWorlds::RayWorlds(const Model& model, RayUse use)
+    : model_(model), use_(use), seen_from_room_(seen_from_rooms(model)) {}
 
-Result<const RayWorld*> RayWorlds::of(ClusterId receiver) {
+const RayWorld& RayWorlds::of(ClusterId receiver) {
   const std::uint32_t room = model_.clusters[receiver.value].room;
   for (std::size_t i = 0; i < kept_.size(); ++i)
     if (kept_[i].room == room) {
       std::rotate(kept_.begin(), kept_.begin() + i, kept_.begin() + i + 1);
-      return static_cast<const RayWorld*>(kept_[0].world.get());
+      return *kept_[0].world;
     }
   if (kept_.size() == kKept) kept_.pop_back();
-  Result<std::unique_ptr<RayWorld>> world =
-      RayWorld::build(store_, seen_from_room_[room], model_.tolerance, use_);
-  if (!world.ok()) return world.status();
-  kept_.insert(kept_.begin(), {room, std::move(world).value()});
-  return static_cast<const RayWorld*>(kept_[0].world.get());
+  auto world = std::make_unique<RayWorld>(model_, seen_from_room_[room], use_);
+  kept_.insert(kept_.begin(), {room, std::move(world)});
+  return *kept_[0].world;
 }
 
 std::size_t RayWorlds::bytes() const {

@@ -2,6 +2,7 @@
 // record; the blockers of all that stands in cells it can see, with their shaft index and ray
 // structure; one source at a time, pinned in the arena. [THFH94 §4 figure 2, §5]
 //
+// Blockers are the model's own polygons, which stay in memory: no record is read for them.
 // Receivers of one room share a RayWorld, of all that anything in the room may see; which one a
 // receiver uses is a function of the model alone, never of arena, threads or history.
 #pragma once
@@ -11,8 +12,6 @@
 #include <vector>
 
 #include "engine/model.h"
-#include "pagestore/cluster_store.h"
-#include "scheduler/blocker_record.h"
 #include "solver/refine.h"
 
 namespace atrium {
@@ -27,23 +26,20 @@ Rows<ClusterId> seen_from_rooms(const Model& model);
 std::uint32_t count_rooms_without_rays(const Model& model);
 
 // Blockers of a set of clusters, ready to be asked; of a convex empty room their polygons alone.
+// The model outlives it.
 class RayWorld {
  public:
-  static Result<std::unique_ptr<RayWorld>> build(ClusterStore& store,
-                                                 std::span<const ClusterId> clusters,
-                                                 double tolerance, RayUse use);
+  RayWorld(const Model& model, std::span<const ClusterId> clusters, RayUse use);
 
   Surroundings surroundings() const {
     return index_ ? Surroundings{&*index_, &*rays_} : Surroundings{};
   }
   // All that the room's receivers may see, and what blocks.
   std::span<const BlockerPolygon> outlines() const { return polygons_; }
-  std::size_t bytes() const;
+  std::size_t bytes() const;  // the polygons themselves with it
   std::size_t polygons() const { return polygons_.size(); }
 
  private:
-  RayWorld() = default;
-  BlockerSet set_;
   std::vector<BlockerPolygon> polygons_;
   std::optional<BlockerIndex> index_;
   std::optional<RayScene> rays_;
@@ -52,8 +48,8 @@ class RayWorld {
 // The last few rooms' ray worlds.
 class RayWorlds {
  public:
-  RayWorlds(const Model& model, ClusterStore& store, RayUse use);
-  Result<const RayWorld*> of(ClusterId receiver);
+  RayWorlds(const Model& model, RayUse use);
+  const RayWorld& of(ClusterId receiver);  // until the next call
   std::size_t bytes() const;
 
  private:
@@ -63,7 +59,6 @@ class RayWorlds {
     std::unique_ptr<RayWorld> world;
   };
   const Model& model_;
-  ClusterStore& store_;
   RayUse use_;
   Rows<ClusterId> seen_from_room_;
   std::vector<Entry> kept_;  // the last used first

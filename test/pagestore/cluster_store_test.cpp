@@ -254,16 +254,16 @@ TEST_F(ClusterStoreTest, WritesAreDeferredToEvictionOrCheckpoint) {
 TEST_F(ClusterStoreTest, KindsAreCountedApart) {
   auto store = make(16);
   ASSERT_OK(store->create_record(record_id(RecordKind::kCluster, 7), filled(10, 0)));
-  ASSERT_OK(store->create_record(record_id(RecordKind::kBlockers, 7), filled(20, 0)));
+  ASSERT_OK(store->create_record(record_id(RecordKind::kModel, 7), filled(20, 0)));
   EXPECT_EQ(store->live_bytes(RecordKind::kCluster), 10u);
-  EXPECT_EQ(store->live_bytes(RecordKind::kBlockers), 20u);
+  EXPECT_EQ(store->live_bytes(RecordKind::kModel), 20u);
   EXPECT_EQ(store->live_bytes(), 30u);
   ASSERT_OK(store->checkpoint({}));
   store.reset();
   store = reopen(16);
-  EXPECT_EQ(store->live_bytes(RecordKind::kBlockers), 20u);
+  EXPECT_EQ(store->live_bytes(RecordKind::kModel), 20u);
   const std::vector<RecordId> expected{record_id(RecordKind::kCluster, 7),
-                                       record_id(RecordKind::kBlockers, 7)};
+                                       record_id(RecordKind::kModel, 7)};
   EXPECT_EQ(store->record_ids(), expected);
 }
 

@@ -118,6 +118,47 @@ TEST(LowerBound, CreatedRecordNeedNotBeReadAtFirst) {
   EXPECT_EQ(lower_bound_misses(trace, kGranule), 0);
 }
 
+// Reads of these records, each released at once, in the iteration of this number.
+void read_in_turn(Trace& trace, std::uint64_t iteration, const std::vector<RecordNumber>& records) {
+  trace.events.push_back({TraceOp::kIteration, 0, iteration});
+  for (const RecordNumber r : records) {
+    trace.events.push_back({TraceOp::kRead, r, trace.sizes[r]});
+    trace.events.push_back({TraceOp::kRelease, r, trace.sizes[r]});
+  }
+}
+
+// a takes two granules, b one, and the arena has two. b's second request lies between those of a:
+// a is kept, or b, and a is worth more. Each is read at least once, but for the arena's worth.
+TEST(LeastBytes, LargerRecordIsKept) {
+  constexpr std::uint64_t kA = 8000, kB = 4000, kArena = 2 * kGranule;
+  Trace trace{.pins = true, .ids = {1, 2}, .sizes = {kA, kB}, .events = {}, .times = {}};
+  read_in_turn(trace, 1, {1, 0, 1, 0});
+  const LeastBytes least = least_bytes(trace, kArena);
+  EXPECT_NEAR(least.in_this_order, 2 * kB + kA, kRounding * kA);
+  EXPECT_EQ(least.in_any_order, kA + kB - kArena);
+}
+
+// The second iteration alone: what the first one left is free, and its own requests count.
+TEST(LeastBytes, OneIterationCounts) {
+  constexpr std::uint64_t kA = 4000, kB = 3000;
+  Trace trace{.pins = true, .ids = {1, 2}, .sizes = {kA, kB}, .events = {}, .times = {}};
+  read_in_turn(trace, 1, {0, 1});
+  read_in_turn(trace, 2, {1, 0});
+  const LeastBytes least = least_bytes(trace, kGranule, 2);
+  EXPECT_NEAR(least.in_this_order, kB, kRounding * kA);  // a is kept over b's turns
+  EXPECT_EQ(least.in_any_order, kA + kB - kGranule);
+}
+
+// Read at 3000 bytes or at 5000, by whether its own gather has been: the bound goes by the fewest.
+TEST(LeastBytes, GrownRecordCountsAsItWas) {
+  Trace trace{.pins = true, .ids = {1}, .sizes = {3000}, .events = {}, .times = {}};
+  trace.events = {{TraceOp::kIteration, 0, 1},
+                  {TraceOp::kRead, 0, 3000},
+                  {TraceOp::kDirty, 0, 5000},
+                  {TraceOp::kRelease, 0, 5000}};
+  EXPECT_EQ(least_bytes(trace, 1000).in_any_order, 2000u);
+}
+
 // In unit sizes the best packing is whole: the intervals over a line are totally unimodular.
 TEST(LowerBound, UnitSizesLikeTheBestOfAllPolicies) {
   Random random(1);

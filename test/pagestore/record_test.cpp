@@ -32,7 +32,7 @@ TEST(Record, WholeGranulesHoldHeaderAndPayload) {
 
 TEST(Record, NamesAreReadable) {
   EXPECT_EQ(to_string(cluster(12)), "cluster 12");
-  EXPECT_EQ(to_string(record_id(RecordKind::kBlockers, 3)), "blockers 3");
+  EXPECT_EQ(to_string(record_id(RecordKind::kModel, 3)), "model 3");
   EXPECT_EQ(index_of(cluster(12)), 12u);
   EXPECT_EQ(kind_of(cluster(12)), RecordKind::kCluster);
 }

@@ -389,5 +389,25 @@ TEST(Simulate, UnderEveryPolicyAnArenaOfTheLeastSizeDoesAndALargeOneMissesOnce) 
   }
 }
 
+// What the first iteration brought in is a hit in the second, and counted there alone.
+TEST(Simulate, OneIterationIsCountedAfterWhatCameBefore) {
+  Trace trace;
+  trace.pins = true;
+  trace.ids = {1};
+  trace.sizes = {100};
+  for (const std::uint64_t iteration : {std::uint64_t{1}, std::uint64_t{2}, kBetweenIterations}) {
+    trace.events.push_back({TraceOp::kIteration, 0, iteration});
+    trace.events.push_back({TraceOp::kRead, 0, 100});
+    trace.events.push_back({TraceOp::kRelease, 0, 100});
+  }
+  const auto counted = [&](std::uint64_t iteration) {
+    return *simulate(trace, "lru", kGranule, false, {}, iteration);
+  };
+  EXPECT_EQ(counted(1).misses, 1u);
+  EXPECT_EQ(counted(2).requests, 1u);
+  EXPECT_EQ(counted(2).hits, 1u);
+  EXPECT_EQ(counted(CountedPart::kAll).requests, 3u);
+}
+
 }  // namespace
 }  // namespace atrium

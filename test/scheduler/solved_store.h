@@ -32,7 +32,7 @@ class SolvedStore {
     Result<RunModel> run = load_run_model(*store_, solved.run_directory);
     EXPECT_TRUE(run.ok()) << run.status().message();
     run_ = std::move(run).value();
-    worlds_.emplace(run_.model, *store_, RayUse::kWhereSomethingMayBlock);
+    worlds_.emplace(run_.model, RayUse::kWhereSomethingMayBlock);
     fresh_.emplace(run_.model, *store_, *worlds_);
   }
 
