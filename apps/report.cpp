@@ -36,7 +36,9 @@ Result<int> run_report(const Report& report, const Global& global, Console& cons
     runs.push_back(std::move(*run));
   }
   ATRIUM_RETURN_IF_ERROR(refuse_twice(runs));
-  const std::string page = report_page(runs);
+  std::vector<RunInteractions> interactions;
+  for (const RunData& run : runs) interactions.push_back(read_interactions(run.directory));
+  const std::string page = report_page(runs, interactions);
   ATRIUM_RETURN_IF_ERROR(write_output(report.output, {page}));
   if (global.json) std::cout << page_json(report.output, page.size(), names_of(runs));
   if (!report.output.empty())

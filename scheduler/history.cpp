@@ -87,6 +87,8 @@ std::string history_json(const HistoryLine& h) {
   j["stall_seconds"] = h.stall_seconds;
   j["max_working_set_bytes"] = h.max_working_set_bytes;
   j["peak_rss_bytes"] = h.peak_rss_bytes;
+  if (!h.working_sets.largest.empty())
+    j["working_sets"] = {{"largest", h.working_sets.largest}, {"mean", h.working_sets.mean}};
   return j.dump();
 }
 

@@ -30,6 +30,15 @@ std::uint64_t current_iteration(const Cursor& cursor, const Sweep& sweep, std::u
   return cursor.iteration + (sweep.gathered < clusters ? 1 : 0);
 }
 
+WorkingSetSteps steps(const WorkingSetCourse& course) {
+  WorkingSetSteps s;
+  for (std::size_t i = 0; i < course.gathers.size() && course.gathers[i] > 0; ++i) {
+    s.largest.push_back(course.largest[i]);
+    s.mean.push_back(course.sum[i] / course.gathers[i]);
+  }
+  return s;
+}
+
 std::string words(const HistoryLine& h, std::uint32_t level) {
   char text[256];
   std::snprintf(text, sizeof text,
@@ -178,6 +187,8 @@ HistoryLine RunReport::line(const Cursor& cursor, const Sweep& sweep, bool compl
   h.stall_seconds = c.stall_seconds;
   h.max_working_set_bytes = sweep.working_set_bytes;
   h.peak_rss_bytes = peak_rss();
+  const bool across_links = sweep.working_set_bytes > 0;  // a local pass has no working sets
+  if (complete && across_links) h.working_sets = steps(sweep.working_sets);
   return h;
 }
 

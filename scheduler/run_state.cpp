@@ -8,7 +8,15 @@ namespace atrium {
 
 static_assert(std::is_trivially_copyable_v<RunState>);
 
-void Sweep::add(const GatherReport& r) {
+void WorkingSetCourse::add(std::uint64_t gathered, std::uint64_t all, std::uint64_t bytes) {
+  const std::size_t step = gathered * std::min<std::uint64_t>(kMostSteps, all) / all;
+  largest[step] = std::max(largest[step], bytes);
+  sum[step] += bytes;
+  ++gathers[step];
+}
+
+void Sweep::add(const GatherReport& r, std::uint64_t clusters) {
+  working_sets.add(gathered, clusters, r.working_set_bytes);
   sums.add(r.sums);
   refined.add(r.refined);
   ++gathered;

@@ -4,6 +4,8 @@
 // store's state.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -45,6 +47,16 @@ struct Cursor {
   std::uint32_t settling = 0;   // sweeps, and one, since it was exact enough but for that rest
 };
 
+// Working sets in the course of an iteration, in steps of as many gathers each: a bounded number of
+// figures, whatever the scene. [THFH94 figure 4]
+struct WorkingSetCourse {
+  static constexpr std::size_t kMostSteps = 200;
+  std::array<std::uint64_t, kMostSteps> largest{}, sum{}, gathers{};  // bytes; of bytes; counted
+
+  // The gather number `gathered` (from 0) of `all`.
+  void add(std::uint64_t gathered, std::uint64_t all, std::uint64_t bytes);
+};
+
 // Sums over an iteration.
 struct Sweep {
   PushPullSums sums;
@@ -53,11 +65,13 @@ struct Sweep {
   std::uint64_t working_set_bytes = 0, working_set_links = 0, working_set_elements = 0;
   std::uint64_t total_bytes = 0;
   double solver_seconds = 0;
+  WorkingSetCourse working_sets;
 
-  void add(const GatherReport& r);
+  // One of the gathers to all `clusters`.
+  void add(const GatherReport& r, std::uint64_t clusters);
 };
 
-inline constexpr std::uint32_t kRunStateVersion = 12;  // one more with every change of RunState
+inline constexpr std::uint32_t kRunStateVersion = 13;  // one more with every change of RunState
 
 struct RunState {
   std::uint32_t version = kRunStateVersion;

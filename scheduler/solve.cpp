@@ -266,7 +266,7 @@ Status Scheduler::sweep() {
     const Result<GatherReport> report = gather_to(order_[sweep_.gathered]);
     if (!report.ok()) return report.status();
     if (by_links) --foreseen_ahead_;
-    sweep_.add(*report);
+    sweep_.add(*report, order_.size());
     ATRIUM_RETURN_IF_ERROR(report_.show(cursor_, sweep_, false));
     if (report_.line_due()) ATRIUM_RETURN_IF_ERROR(record_history(cursor_.level, false));
   }

@@ -45,6 +45,11 @@ struct SolveOptions {
   Disk* disk = nullptr;  // nullptr: the machine's own
 };
 
+// In the course of an iteration, in steps of as many gathers each.
+struct WorkingSetSteps {
+  std::vector<std::uint64_t> largest, mean;  // bytes, a figure a step
+};
+
 // A line of history.jsonl, figures of that iteration.
 struct HistoryLine {
   double seconds = 0, cpu_seconds = 0;
@@ -57,6 +62,7 @@ struct HistoryLine {
   double hit_ratio = 0;
   double solver_seconds = 0, io_seconds = 0, stall_seconds = 0;
   std::uint64_t max_working_set_bytes = 0, peak_rss_bytes = 0;
+  WorkingSetSteps working_sets;  // of a complete sweep across links; else empty
 };
 
 struct LeftOut {

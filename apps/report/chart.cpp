@@ -40,7 +40,8 @@ std::vector<double> linear_ticks(double low, double high, bool whole) {
   double step = round_step((high - low) / kLeastSteps);
   if (whole) step = std::max(1.0, step);
   std::vector<double> found;
-  for (double n = std::ceil(low / step); n * step <= high; ++n) found.push_back(n * step);
+  // Plus nothing, for a zero from below has a sign.
+  for (double n = std::ceil(low / step) + 0.0; n * step <= high; ++n) found.push_back(n * step);
   return found;
 }
 

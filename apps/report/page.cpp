@@ -4,7 +4,9 @@
 #include <filesystem>
 #include <set>
 
+#include "apps/picture/encode.h"
 #include "apps/report/chart.h"
+#include "apps/report/data_uri.h"
 #include "apps/report/html.h"
 #include "apps/report/number_text.h"
 #include "apps/report/run_figures.h"
@@ -20,6 +22,9 @@ figure { margin: 0; }
 figcaption { font-size: 13px; margin-top: .2rem; }
 .title { font-weight: 600; font-size: 14px; margin: 0 0 .5rem; }
 .key { margin-right: 1.1rem; white-space: nowrap; }
+.matrix { display: block; width: 100%; max-width: 26rem; border: 1px solid var(--line);
+  image-rendering: pixelated; }
+@media screen and (prefers-color-scheme: dark) { .matrix { filter: invert(1); } }
 @media print { .figures { grid-template-columns: 1fr 1fr; gap: 1rem 1.2rem; } }
 )";
 
@@ -81,6 +86,49 @@ std::string iteration_section(const ShownRuns& runs) {
          figure_html(hit_figure(runs), "") + figure_html(working_set_figure(runs), "") + "</div>\n";
 }
 
+// How many clusters a cell of the picture stands for.
+std::string cell_words(const InteractionMatrix& m) {
+  if (m.side == m.clusters) return "";
+  const std::string size = number_text(double(m.clusters) / double(m.side));
+  return " A cell stands for " + size + " × " + size +
+         " clusters, and is the darker the more of their pairs may see each other.";
+}
+
+std::string matrix_figure(const std::string& name, const RunInteractions& run) {
+  const std::string title = html_text(name + ": " + run.order + " order");
+  const Result<std::string> png = encode_png(matrix_image(*run.matrix));
+  if (!png.ok()) return html_paragraph(html_text(name + ": " + png.status().cause()), "soft");
+  const InteractionMatrix& m = *run.matrix;
+  const double pairs = double(m.clusters) * double(m.clusters);
+  return "<figure>\n" + html_paragraph(title, "title") + "<img class=\"matrix\" alt=\"" + title +
+         "\" src=\"" + data_uri("image/png", *png) + "\"/>\n<figcaption>" +
+         whole_text(double(m.clusters)) + " clusters, " + percent_text(double(m.pairs) / pairs) +
+         " of their pairs may see each other; of what a gather may see, the one before it saw " +
+         percent_text(m.common) + "." + cell_words(m) + "</figcaption>\n</figure>\n";
+}
+
+// [THFH94 figure 5]
+std::string interaction_section(const ShownRuns& runs,
+                                const std::vector<RunInteractions>& interactions) {
+  std::string figures, without;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const RunInteractions& run = interactions[i];
+    if (run.matrix)
+      figures += matrix_figure(runs[i].name, run);
+    else
+      without += html_paragraph(
+          html_text(runs[i].name + ": no interaction matrix, " + run.why_not + "."), "soft");
+  }
+  std::string html = html_heading("Interaction matrix");
+  if (!figures.empty())
+    html += html_paragraph(
+                "Who may see whom: receivers upwards, sources to the right, both in the order of "
+                "the gathers, the first at the lower left. Blocks along the diagonal: what a "
+                "gather reads serves the next ones too.") +
+            "<div class=\"figures\">\n" + figures + "</div>\n";
+  return html + without;
+}
+
 std::string title_of(const ShownRuns& runs) {
   std::set<std::string> scenes;
   for (const ShownRun& r : runs) scenes.insert(scene_names(*r.data));
@@ -108,7 +156,8 @@ std::vector<std::string> names_of(const std::vector<RunData>& runs) {
   return names;
 }
 
-std::string report_page(const std::vector<RunData>& data) {
+std::string report_page(const std::vector<RunData>& data,
+                        const std::vector<RunInteractions>& interactions) {
   const std::vector<std::string> names = names_of(data);
   ShownRuns runs;
   for (std::size_t i = 0; i < data.size(); ++i)
@@ -116,8 +165,9 @@ std::string report_page(const std::vector<RunData>& data) {
   const std::string title = title_of(runs);
   const std::string body = "<h1>" + html_text(title) + "</h1>\n" + runs_table(runs) +
                            options_table(runs) + error_section(runs) + figures_section(runs) +
-                           iteration_section(runs) + energy_section(runs) + memory_section(runs) +
-                           transfer_section(runs) + left_out_section(runs) + history_section(runs);
+                           iteration_section(runs) + interaction_section(runs, interactions) +
+                           energy_section(runs) + memory_section(runs) + transfer_section(runs) +
+                           left_out_section(runs) + history_section(runs);
   return html_page(title + " – Atrium", chart_style() + table_style() + kStyle, body);
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "apps/report/run_data.h"
+#include "apps/report/run_interactions.h"
 
 namespace atrium {
 
@@ -12,7 +13,8 @@ namespace atrium {
 // called alike, as they were named on the command line.
 std::vector<std::string> names_of(const std::vector<RunData>& runs);
 
-// A whole HTML page. Equal runs give equal bytes. At least one run.
-std::string report_page(const std::vector<RunData>& runs);
+// A whole HTML page. Equal runs give equal bytes. At least one run; of each its interactions too.
+std::string report_page(const std::vector<RunData>& runs,
+                        const std::vector<RunInteractions>& interactions);
 
 }  // namespace atrium

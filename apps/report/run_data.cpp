@@ -130,12 +130,34 @@ Status take_left_out(const Json& object, const Place& at, std::vector<LeftOut>& 
   return {};
 }
 
+Status take_numbers(const Json& object, const char* key, const Place& at,
+                    std::vector<double>& numbers) {
+  const auto found = object.find(key);
+  if (found == object.end()) return {};
+  if (!found->is_array()) return wrong_kind(at.path, at.line, key, "a list");
+  for (const Json& item : *found) {
+    if (!item.is_number()) return wrong_kind(at.path, at.line, key, "a list of numbers");
+    numbers.push_back(item.get<double>());
+  }
+  return {};
+}
+
+Status take_working_sets(const Json& object, const Place& at, HistoryEntry& entry) {
+  constexpr const char* kKey = "working_sets";
+  const auto found = object.find(kKey);
+  if (found == object.end()) return {};
+  if (!found->is_object()) return wrong_kind(at.path, at.line, kKey, "an object");
+  ATRIUM_RETURN_IF_ERROR(take_numbers(*found, "largest", at, entry.largest_working_sets));
+  return take_numbers(*found, "mean", at, entry.mean_working_sets);
+}
+
 Result<HistoryEntry> parse_entry(const std::string& line, const Place& at) {
   const Json object = Json::parse(line, nullptr, false);
   if (!object.is_object()) return broken(at.path, at.line, "not a JSON object");
   HistoryEntry entry;
   for (const Field<HistoryEntry>& field : kHistoryFields)
     ATRIUM_RETURN_IF_ERROR(take_number(object, field, at, entry));
+  ATRIUM_RETURN_IF_ERROR(take_working_sets(object, at, entry));
   for (const Field<HistoryEntry>& field : kHistoryFields) {
     const bool needed =
         field.value == &HistoryEntry::seconds || field.value == &HistoryEntry::iteration;

@@ -33,6 +33,8 @@ struct HistoryEntry {
   Figure error_estimate, error_estimate_low, error_estimate_high, error_true, energy_closure;
   Figure elements, links, rays, reads, writes, bytes_read, bytes_written, hit_ratio;
   Figure solver_seconds, io_seconds, stall_seconds, max_working_set_bytes, peak_rss_bytes;
+  // In the course of the iteration, a figure a step; empty where its line has none.
+  std::vector<double> largest_working_sets, mean_working_sets;  // bytes
 };
 
 struct RunSummary {

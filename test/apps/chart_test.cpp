@@ -87,6 +87,13 @@ TEST(Ticks, AreRoundNumbers) {
 }
 
 // 13 powers of ten are too many: every second one.
+// The air below zero makes it the first round number from below: a zero with a sign.
+TEST(Ticks, ZeroHasNoSign) {
+  const std::vector<double> found = ticks(span_of(Scale::kLinear, {0, 10}));
+  ASSERT_EQ(found.front(), 0);
+  EXPECT_FALSE(std::signbit(found.front()));
+}
+
 TEST(Ticks, ManyDecadesHaveEverySecondOrThird) {
   expect_near(ticks({Scale::kLog, 1e-6, 1e6}), {1e-6, 1e-4, 1e-2, 1, 1e2, 1e4, 1e6});
 }

@@ -256,6 +256,27 @@ TEST_F(Report, JsonTellsOfThePageThatWasWritten) {
   EXPECT_EQ(told["runs"], (Json{"fine", "coarse"}));
 }
 
+TEST_F(Report, WithoutAPageStoreThereIsNoInteractionMatrix) {
+  const std::string matrices = section(page_of({"fine", "coarse"}), "Interaction matrix");
+  EXPECT_TRUE(has(matrices, "fine: no interaction matrix, ")) << matrices;
+  EXPECT_TRUE(has(matrices, "coarse: no interaction matrix, ")) << matrices;
+}
+
+// The cube's six walls see each other and none itself, 30 of 36 pairs; of the five that one sees,
+// the one before sees four.
+TEST(ReportOfASolve, HoldsItsInteractionMatrix) {
+  const Ended e = run({"report", furnace_run()});
+  ASSERT_EQ(e.code, 0) << e.err;
+  const std::string words = section(e.out, "Interaction matrix");
+  EXPECT_TRUE(has(words,
+                  "run: cell order 6 clusters, 83.3% of their pairs may see each other; "
+                  "of what a gather may see, the one before it saw 80%."))
+      << words;
+  EXPECT_TRUE(has(e.out, " src=\"data:image/png;base64,iVBORw0KGgo")) << "a PNG's first bytes";
+  const std::size_t body = e.out.find("<body>");
+  EXPECT_EQ(fault_of(e.out.substr(body, e.out.find("</html>") - body)), "");
+}
+
 TEST(ReportOfASolve, HasItsFigures) {
   const Ended e = run({"report", furnace_run()});
   ASSERT_EQ(e.code, 0) << e.err;

@@ -46,6 +46,7 @@ TEST(ParseHistory, WhatTheProgramWritesComesBack) {
   written.stall_seconds = 0.5;
   written.max_working_set_bytes = 1 << 20;
   written.peak_rss_bytes = 1 << 30;
+  written.working_sets = {{5000, 7000}, {4000, 6000}};
   const auto history = parse_history(history_json(written) + "\n", kPath);
   ASSERT_TRUE(history.ok()) << history.status().message();
   ASSERT_EQ(history->size(), 1u);
@@ -69,6 +70,8 @@ TEST(ParseHistory, WhatTheProgramWritesComesBack) {
   EXPECT_EQ(e.stall_seconds, 0.5);
   EXPECT_EQ(e.max_working_set_bytes, 1 << 20);
   EXPECT_EQ(e.peak_rss_bytes, 1 << 30);
+  EXPECT_EQ(e.largest_working_sets, (Numbers{5000, 7000}));
+  EXPECT_EQ(e.mean_working_sets, (Numbers{4000, 6000}));
 }
 
 TEST(ParseHistory, WhatIsNullOrNotThereIsNotThere) {

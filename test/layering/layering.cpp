@@ -114,7 +114,9 @@ std::optional<std::string> ruling_folder(const std::string& path) {
 // "" where the file at `path` may include the repository's own `header`.
 std::string own_fault(const std::string& path, const std::string& header) {
   const std::string from = first_part(path), to = first_part(header);
-  if (to == "test" || to == "bench") return from == to ? "" : from + " may not include " + to;
+  const bool tests_it = to == "bench" && path.starts_with("test/bench/");
+  if (to == "test" || to == "bench")
+    return from == to || tests_it ? "" : from + " may not include " + to;
   if (header.find('/') == std::string::npos || !folders().contains(to))
     return "not rooted at the repository, \"folder/file.h\"";
   const std::optional<std::string> rules = ruling_folder(path);

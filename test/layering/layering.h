@@ -7,7 +7,7 @@
 //   engine, pagestore, visibility, solver <- scheduler
 //   all of these <- apps
 //   test/F sees what F sees, libraries too, and data for its scenes; test/physics, test/agree,
-//   test/layering and bench see everything; nobody includes test or bench.
+//   test/layering and bench see everything; nobody includes test, and only test/bench bench.
 // Pure functions but for read_sources.
 #pragma once
 

@@ -38,6 +38,7 @@ TEST(Layering, LeftwardIncludesAreRight) {
   EXPECT_TRUE(found_in("engine/import/weld.h", "#include \"engine/vec.h\"").empty());
   EXPECT_TRUE(found_in("test/solver/refine_test.cpp", "#include \"data/generate.h\"").empty());
   EXPECT_TRUE(found_in("test/agree/orders_test.cpp", "#include \"scheduler/order.h\"").empty());
+  EXPECT_TRUE(found_in("test/bench/figures_test.cpp", "#include \"bench/picture.h\"").empty());
 }
 
 TEST(Layering, RightwardIncludesAreFound) {
@@ -53,6 +54,8 @@ TEST(Layering, RightwardIncludesAreFound) {
            {"scheduler/solve.cpp", "data/generate.h"},
            {"data/office.cpp", "visibility/bsp.h"},
            {"apps/solve.cpp", "test/layering/layering.h"},
+           {"apps/report.cpp", "bench/picture.h"},
+           {"test/apps/chart_test.cpp", "bench/picture.h"},
            {"engine/import/weld.h", "pagestore/disk.h"},
            {"test/solver/refine_test.cpp", "pagestore/record.h"}})
     EXPECT_EQ(found_in(path, "#include \"" + header + "\"").size(), 1u) << path << " " << header;
