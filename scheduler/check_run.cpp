@@ -56,6 +56,7 @@ Status parse_record(RecordId id, std::span<const std::byte> payload) {
     return append_blockers(payload, set);
   }
   if (kind_of(id) == RecordKind::kBraids) return read_braids(payload).status();
+  if (id == kFactorsRecord) return coarse_factors(payload).status();
   return {};
 }
 

@@ -157,12 +157,19 @@ Status Scheduler::begin_from_another() {
   const Result<std::unique_ptr<WarmStart>> opened = WarmStart::open(options_, *prepared_);
   if (!opened.ok()) return opened.status();
   WarmStart& warm = **opened;
+  TreesOf trees_of;
+  if (warm.takes_over()) trees_of = [&](ClusterId c) { return warm.trees_of(c); };
   ATRIUM_RETURN_IF_ERROR(
-      write_first_records(*prepared_, options_.basis, directory_.store(),
-                          [&](ClusterId c) { return warm.trees_of(c); }));
+      write_first_records(*prepared_, options_.basis, directory_.store(), trees_of));
   warm.begin(*equilibrium_, cursor_);
   summary().warm = warm.figures(*equilibrium_);
-  if (cursor_.phase == Phase::kJudge) summary().estimate = warm.estimate();
+  if (cursor_.phase == Phase::kJudge) {  // nothing will be gathered
+    summary().estimate = warm.estimate();
+    ATRIUM_RETURN_IF_ERROR(look_at_rest());
+    Sweep all;
+    all.add(*at_rest_);
+    report_.end_sweep(all);
+  }
   return report_.log("start from " + options_.from + ": " +
                      in_words(summary().warm, prepared_->plan));
 }

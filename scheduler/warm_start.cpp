@@ -323,7 +323,7 @@ std::vector<UnitEdit> WarmStart::edits(const Equilibrium& equilibrium) const {
 }
 
 void WarmStart::begin(Equilibrium& equilibrium, Cursor& cursor) const {
-  if (kept_.patches_kept == 0 || !(light_.flux_in > 0)) return;
+  if (!takes_over()) return;
   equilibrium.take_over(factors_, edits(equilibrium));
   const double pending =
       std::max(kDimmest, 1 + equilibrium.flux_pending() / light_.flux_in);

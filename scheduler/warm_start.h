@@ -13,9 +13,9 @@
 //
 // All others keep their light but for what the coarse system adds to it. What is gathered to is
 // linked anew, as finely as the old run's last links were; the old ones are gone with that run.
-// That is a sweep over few clusters, and it needs nothing from a run but its records and one more:
-// braids take four times the bytes of the solution, and every run would have to keep them for an
-// edit that may never come.
+// That takes a sweep over few clusters, and of a run its records and one more, the form factors
+// between units. Braids are more than twice the bytes of the solution that they led to, and every
+// run would have to keep them for an edit that may never come.
 //
 // Invariants:
 //  1. The old run is read and never written. Once the new one's first records are durable it is not
@@ -50,11 +50,12 @@ class WarmStart {
   static Result<std::unique_ptr<WarmStart>> open(const SolveOptions& options,
                                                  const Prepared& prepared);
 
+  // False: it is a fresh solve.
+  bool takes_over() const { return kept_.patches_kept > 0 && light_.flux_in > 0; }
   // A cluster's trees to begin with.
   Result<std::vector<PatchTree>> trees_of(ClusterId cluster);
 
-  // Where the iteration stands at its begin, and whom it gathers to; both untouched where it is a
-  // fresh solve.
+  // Where the iteration stands at its begin, and whom it gathers to.
   void begin(Equilibrium& equilibrium, Cursor& cursor) const;
 
   // What is kept; and what begin found to be reached.
