@@ -51,7 +51,7 @@ class Scheduler {
  private:
   // The run on disk.
   Status open_run();
-  Status take_up_run();
+  Status take_up_run();  // from where an earlier process left it, or
   Status begin_run();
   Status begin_from_another();
   Status save_iteration();
@@ -95,8 +95,8 @@ class Scheduler {
   std::unique_ptr<RayWorlds> worlds_;
   std::unique_ptr<FreshGather> fresh_;
   std::optional<BrightSources> bright_;  // of the solution that the local pass measures
-  std::vector<ClusterId> order_;    // of all clusters
-  std::vector<ClusterId> reached_;  // those that are gathered to, in that order
+  std::vector<ClusterId> order_;         // of all clusters
+  std::vector<ClusterId> reached_;       // those that are gathered to, in that order
   std::optional<GatherReport> at_rest_;  // sums over the others
   std::unique_ptr<KeptLinks> links_;
   std::optional<Equilibrium> equilibrium_;
@@ -131,12 +131,13 @@ Status Scheduler::take_up_run() {
         "give back the scene as it was, or solve into another directory");
   cursor_ = earlier.cursor;
   sweep_ = earlier.sweep;
+  report_.gathers_to(sweep_.gathered);
   if (!cursor_.done) {
     const auto record = directory_.store().stream_in(kEquilibriumRecord);
     if (!record.ok()) return record.status();
     ATRIUM_RETURN_IF_ERROR(equilibrium_->restore(*record));
+    gather_to_reached();
   }
-  gather_to_reached();
   report_.take_up(earlier);
   return {};
 }
@@ -323,10 +324,11 @@ Status Scheduler::settle_at_rest() {
 }
 
 void Scheduler::gather_to_reached() {
-  forget_foreseen();
-  reached_.clear();
+  std::vector<ClusterId> reached;
   for (const ClusterId c : order_)
-    if (equilibrium_->reached(c) == Reached::kNow) reached_.push_back(c);
+    if (equilibrium_->reached(c) == Reached::kNow) reached.push_back(c);
+  if (reached != reached_) forget_foreseen();
+  reached_ = std::move(reached);
   report_.gathers_to(reached_.size());
 }
 
@@ -400,7 +402,7 @@ void Scheduler::end_sweep() {
   }
 }
 
-// Of what little is gathered, the changes reach further than was thought.
+// Does what has changed go further than was thought? Those clusters join the next sweep.
 bool Scheduler::reach_further() {
   const bool further = atrium::reach_further(options_, prepared_->model, cursor_.mean_irradiance,
                                              *equilibrium_) > 0;

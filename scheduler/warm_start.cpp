@@ -392,9 +392,11 @@ std::uint64_t reach_further(const SolveOptions& options, const Model& model,
 }
 
 Status put_in_pending(ClusterStore& store, const Model& model, Equilibrium& equilibrium) {
-  for (std::size_t c = 0; c < model.clusters.size(); ++c)
-    if (equilibrium.reached(ClusterId(c)) != Reached::kNow && equilibrium.anything_pending(ClusterId(c)))
-      ATRIUM_RETURN_IF_ERROR(put_in_pending(store, ClusterId(c), equilibrium));
+  for (std::size_t c = 0; c < model.clusters.size(); ++c) {
+    const ClusterId id(c);
+    if (equilibrium.reached(id) != Reached::kNow && equilibrium.anything_pending(id))
+      ATRIUM_RETURN_IF_ERROR(put_in_pending(store, id, equilibrium));
+  }
   return {};
 }
 
