@@ -5,6 +5,7 @@
 #include "apps/report_json.h"
 #include "apps/solve_options.h"
 #include "engine/quantity.h"
+#include "scheduler/warm_start.h"
 
 namespace atrium {
 namespace {
@@ -23,6 +24,7 @@ void print_plan(const Plan& p) {
             << format_size(p.smallest_disk) << '\n'
             << "irradiance      about " << p.mean_irradiance_guess << " lx\n"
             << "smallest edge   " << format_length(p.min_edge) << '\n';
+  if (p.warm) std::cout << "start           " << in_words(*p.warm, p) << '\n';
   for (const LeftOut& l : p.left_out)
     std::cout << "left out        " << l.feature << ": " << l.why << '\n';
   for (const NamedGap& g : p.closed_gaps) std::cout << "closed gap      " << gap_words(g) << '\n';

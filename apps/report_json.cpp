@@ -31,6 +31,14 @@ Json left_out_json(const std::vector<LeftOut>& left_out) {
   return rows;
 }
 
+Json warm_json(const std::optional<WarmFigures>& f) {
+  if (!f) return nullptr;
+  return {{"patches_kept", f->patches_kept},
+          {"elements_kept", f->elements_kept},
+          {"clusters_changed", f->clusters_changed},
+          {"clusters_reached", f->clusters_reached}};
+}
+
 Json gaps_json(const std::vector<NamedGap>& gaps) {
   Json rows = Json::array();
   for (const NamedGap& g : gaps)
@@ -193,6 +201,7 @@ std::string plan_json(const Plan& plan) {
                    {"smallest_disk", plan.smallest_disk},
                    {"mean_irradiance_guess", plan.mean_irradiance_guess},
                    {"min_edge", plan.min_edge},
+                   {"warm", warm_json(plan.warm)},
                    {"left_out", left_out_json(plan.left_out)},
                    {"closed_gaps", gaps_json(plan.closed_gaps)},
                    {"warnings", plan.warnings}});

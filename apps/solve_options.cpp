@@ -85,6 +85,7 @@ void add_solve_options(OptionSet& o, SolveOptions& s) {
   o.time("checkpoint-every", "so often all is made durable (10min)", s.checkpoint_every);
   o.text("trace", "record the store's accesses in this file (.atr)", s.trace);
   o.text("reference", "points with known irradiance: history holds the true error", s.reference);
+  o.text("from", "start from this run of the scene before an edit", s.from);
   o.custom("force", "switch on what the plan left out", "FEATURE,...",
            [&s](const std::string& text) { return add_features(text, s.force); });
 }

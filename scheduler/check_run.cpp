@@ -51,6 +51,7 @@ Status parse_record(RecordId id, std::span<const std::byte> payload) {
     return Status(Code::kStore, "", "", "it is of another cluster", kDamageRemedy);
   }
   if (kind_of(id) == RecordKind::kBraids) return read_braids(payload).status();
+  if (id == kFactorsRecord) return coarse_factors(payload).status();
   return {};
 }
 

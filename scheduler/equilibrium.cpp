@@ -42,6 +42,8 @@ constexpr std::uint64_t kLearning = 4;
 // factors that are off.
 constexpr double kMostMissed = 0.005;
 
+Spectrum share_of(const CoarseEntry& e) { return {e.share[0], e.share[1], e.share[2]}; }
+
 struct Head {
   std::uint64_t units = 0, sweeps = 0;
   double reach = 0, last_change = 0;
@@ -81,6 +83,7 @@ Equilibrium::Equilibrium(const Model& model, std::span<const ClusterId> order)
       area_[unit] += own;
     }
     rank_.resize(area_.size(), place[c]);
+    cluster_of_unit_.resize(area_.size(), std::uint32_t(c));
   }
   first_patch_.push_back(std::uint32_t(model.patches.size()));
   first_unit_.push_back(std::uint32_t(area_.size()));
@@ -90,6 +93,8 @@ Equilibrium::Equilibrium(const Model& model, std::span<const ClusterId> order)
   pending_.assign(units(), Spectrum{0});
   trust_.assign(units(), 1);
   for (auto* sums : {&missed_, &sent_, &left_out_, &detail_share_}) sums->assign(units(), 0);
+  reached_.assign(model.clusters.size(), Reached::kNow);
+  for (auto* light : {&owed_, &came_}) light->assign(units(), Spectrum{0});
 }
 
 std::span<const std::uint32_t> Equilibrium::units_of(ClusterId cluster) const {
@@ -168,7 +173,8 @@ void Equilibrium::set_rows(const CoarseRows& rows) {
     std::vector<CoarseEntry> row;
     for (const CoarseRows::Entry& e : rows.rows_[i]) {
       const Spectrum share = (kept * e.share + made_up * e.doubt) / area_[u];
-      row.push_back({e.unit, {float(share[0]), float(share[1]), float(share[2])}});
+      const double factor = (kept * e.factors + made_up * e.doubts) / area_[u];
+      row.push_back({e.unit, {float(share[0]), float(share[1]), float(share[2])}, float(factor)});
     }
     set_row(std::uint32_t(u), std::move(row));
   }
@@ -225,12 +231,85 @@ void Equilibrium::correct(double change) {
   std::vector<Spectrum> residual(units());
   for (std::size_t u = 0; u < units(); ++u) {
     residual[u] = -beyond_[u];
+    const bool alone = !gathers(u);
+    if (alone) residual[u] += owed_[u];
     for (const CoarseEntry& e : k_[u])
-      if (later(e.unit, std::uint32_t(u)))
-        residual[u] += Spectrum{e.share[0], e.share[1], e.share[2]} * change_[e.unit];
+      if (alone || later(e.unit, std::uint32_t(u)))
+        residual[u] += share_of(e) * change_[e.unit];
   }
-  for (int c = 0; c < kChannels; ++c) solve_channel(c, reach_, residual, pending_);
-  for (std::size_t u = 0; u < units(); ++u) pending_[u] *= trust_[u];
+  solve_for(residual);
+}
+
+// What is owed where nothing is gathered is what this leaves over of its residual.
+void Equilibrium::solve_for(std::span<const Spectrum> residual) {
+  std::vector<Spectrum> x(units());
+  for (int c = 0; c < kChannels; ++c) solve_channel(c, reach_, residual, x);
+  for (std::size_t u = 0; u < units(); ++u) x[u] *= trust_[u];
+  for (std::size_t u = 0; u < units(); ++u) {
+    if (gathers(u)) {
+      pending_[u] = x[u];
+      continue;
+    }
+    pending_[u] += x[u];
+    came_[u] += x[u];
+    owed_[u] = residual[u] - x[u];
+    for (const CoarseEntry& e : k_[u]) owed_[u] += share_of(e) * x[e.unit];
+  }
+}
+
+CoarseFactors Equilibrium::factors() const {
+  CoarseFactors factors{{}, detail_share_};
+  for (const auto& row : k_) {
+    factors.rows.emplace_back();
+    for (const CoarseEntry& e : row) factors.rows.back().push_back({e.unit, e.form_factor});
+  }
+  return factors;
+}
+
+void Equilibrium::take_over(const CoarseFactors& before, std::span<const UnitEdit> edits) {
+  std::vector<std::uint32_t> now(before.rows.size(), UnitEdit::kNew);
+  for (std::size_t u = 0; u < units(); ++u)
+    if (edits[u].before != UnitEdit::kNew) now[edits[u].before] = std::uint32_t(u);
+  std::vector<Spectrum> residual(units(), Spectrum{0});
+  for (std::size_t u = 0; u < units(); ++u) {
+    if (edits[u].before == UnitEdit::kNew) continue;
+    detail_share_[u] = before.detail_shares[edits[u].before];
+    for (const CoarseFactors::Entry& e : before.rows[edits[u].before]) {
+      const std::uint32_t unit = now[e.unit];
+      if (unit == UnitEdit::kNew) continue;
+      const UnitEdit& source = edits[unit];
+      const Spectrum share = double(e.form_factor) * source.reflectance;
+      k_[u].push_back(
+          {unit, {float(share[0]), float(share[1]), float(share[2])}, e.form_factor});
+      residual[u] += double(e.form_factor) * source.change;
+    }
+    std::ranges::sort(k_[u], {}, &CoarseEntry::unit);
+  }
+  sweeps_ = kLearning;  // shares of detail are of all that sees a unit, and not learnt from a part
+  reached_.assign(reached_.size(), Reached::kNot);
+  solve_for(residual);
+}
+
+void Equilibrium::begin_sweep() {
+  std::ranges::replace(reached_, Reached::kNext, Reached::kNow);
+}
+
+double Equilibrium::come_by_itself(ClusterId cluster) const {
+  double most = 0;
+  for (std::uint32_t u = first_unit_[cluster.value]; u < first_unit_[cluster.value + 1]; ++u)
+    for (int c = 0; c < kChannels; ++c) most = std::max(most, std::abs(came_[u][c]));
+  return most;
+}
+
+bool Equilibrium::anything_pending(ClusterId cluster) const {
+  for (std::uint32_t u = first_unit_[cluster.value]; u < first_unit_[cluster.value + 1]; ++u)
+    if (pending_[u] != Spectrum{0}) return true;
+  return false;
+}
+
+void Equilibrium::put_in(ClusterId cluster) {
+  for (std::uint32_t u = first_unit_[cluster.value]; u < first_unit_[cluster.value + 1]; ++u)
+    pending_[u] = Spectrum{0};
 }
 
 void Equilibrium::spread_gains() {
@@ -240,8 +319,8 @@ void Equilibrium::spread_gains() {
 }
 
 // Little endian, as in memory: Head, sizes of the rows, their entries, then by unit the
-// change, what of it went beyond, and what is pending; then the sums of what it sent,
-// its share of detail, and the trust.
+// change, what of it went beyond, what is pending, owed and came; then the sums of what it sent,
+// its share of detail, and the trust; then by cluster its reach.
 std::vector<std::byte> Equilibrium::saved() const {
   RecordOut out;
   const Head head{units(), sweeps_, reach_, last_change_};
@@ -250,10 +329,11 @@ std::vector<std::byte> Equilibrium::saved() const {
   for (const auto& row : k_) sizes.push_back(std::uint32_t(row.size()));
   out.put(std::span<const std::uint32_t>(sizes));
   for (const auto& row : k_) out.put(std::span<const CoarseEntry>(row));
-  for (const auto* light : {&change_, &beyond_, &pending_})
+  for (const auto* light : {&change_, &beyond_, &pending_, &owed_, &came_})
     out.put(std::span<const Spectrum>(*light));
   for (const auto* sums : {&sent_, &missed_, &left_out_, &detail_share_, &trust_})
     out.put(std::span<const double>(*sums));
+  out.put(std::span<const Reached>(reached_));
   return out.take();
 }
 
@@ -266,15 +346,44 @@ Status Equilibrium::restore(std::span<const std::byte> record) {
   if (!in.get(head, 1) || head[0].units != units() || !in.get(sizes, units())) return broken;
   for (std::size_t u = 0; u < units(); ++u)
     if (!in.get(k_[u], sizes[u])) return broken;
-  for (auto* light : {&change_, &beyond_, &pending_})
+  for (auto* light : {&change_, &beyond_, &pending_, &owed_, &came_})
     if (!in.get(*light, units())) return broken;
   for (auto* sums : {&sent_, &missed_, &left_out_, &detail_share_, &trust_})
     if (!in.get(*sums, units())) return broken;
+  if (!in.get(reached_, reached_.size())) return broken;
   if (!in.empty()) return broken;
   sweeps_ = head[0].sweeps;
   reach_ = head[0].reach;
   last_change_ = head[0].last_change;
   return {};
+}
+
+// Little endian, as in memory: units, sizes of the rows, their entries, shares of detail.
+std::vector<std::byte> to_bytes(const CoarseFactors& factors) {
+  RecordOut out;
+  const std::uint64_t units = factors.rows.size();
+  out.put(std::span(&units, 1));
+  std::vector<std::uint32_t> sizes;
+  for (const auto& row : factors.rows) sizes.push_back(std::uint32_t(row.size()));
+  out.put(std::span<const std::uint32_t>(sizes));
+  for (const auto& row : factors.rows) out.put(std::span<const CoarseFactors::Entry>(row));
+  out.put(std::span<const double>(factors.detail_shares));
+  return out.take();
+}
+
+Result<CoarseFactors> coarse_factors(std::span<const std::byte> record) {
+  RecordIn in(record);
+  const Status broken(Code::kStore, "", "coarse factors record",
+                      "its length is not what it says it holds", "run atrium check on the run");
+  std::vector<std::uint64_t> units;
+  std::vector<std::uint32_t> sizes;
+  if (!in.get(units, 1) || !in.get(sizes, units[0])) return broken;
+  CoarseFactors factors;
+  factors.rows.resize(units[0]);
+  for (std::size_t u = 0; u < units[0]; ++u)
+    if (!in.get(factors.rows[u], sizes[u])) return broken;
+  if (!in.get(factors.detail_shares, units[0]) || !in.empty()) return broken;
+  return factors;
 }
 
 CoarseRows::CoarseRows(const Equilibrium& equilibrium, ClusterId receiver)
@@ -319,7 +428,9 @@ void CoarseRows::add(const Braid& braid, const ClusterView& source,
   };
   const auto put = [&](const Braid::Strand& s, const LinkHead& link, double coupling) {
     const double f = coupling * area_of(s, link);
-    entry(s, link.source_patch).share += f * reflectance_of(link.source_patch);
+    Entry& e = entry(s, link.source_patch);
+    e.share += f * reflectance_of(link.source_patch);
+    e.factors += f;
     linked_[row_of(s)] += f;
   };
   const int order = receiver.front().order;
@@ -330,7 +441,9 @@ void CoarseRows::add(const Braid& braid, const ClusterView& source,
     for (const ThinLink& t : std::span(braid.thin).subspan(s.first_thin, s.thin))
       put(s, t.ends, t.coupling);
     for (const Doubt& d : std::span(braid.doubts).subspan(s.first_doubt, s.doubts)) {
-      entry(s, d.source_patch).doubt += double(d.weight) * reflectance_of(d.source_patch);
+      Entry& e = entry(s, d.source_patch);
+      e.doubt += double(d.weight) * reflectance_of(d.source_patch);
+      e.doubts += d.weight;
       doubt_[row_of(s)] += d.weight;
     }
   }
@@ -338,7 +451,7 @@ void CoarseRows::add(const Braid& braid, const ClusterView& source,
     for (std::size_t v = 0; v < width; ++v) {
       Entry e = block[u * width + v];
       e.unit = std::uint32_t(first + v);
-      if (e.share != Spectrum{0} || e.doubt != Spectrum{0}) rows_[u].push_back(e);
+      if (!e.none()) rows_[u].push_back(e);
     }
 }
 

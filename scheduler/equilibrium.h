@@ -22,6 +22,10 @@
 // takes back is taken in part the next time; a mean does not tell what a patch sees that sees one
 // corner of a unit. Shares of detail: what links from coarse elements leave out (solver/gather.h).
 //
+// A solve that begins from another one's solution (warm_start.h) gathers only to clusters that the
+// change reaches. To the units of others light comes by K alone: what they are owed is solved for
+// with the rest, and adds up in what is pending of them until it is put into their records.
+//
 // Not thread safe, apart from reading what is pending.
 #pragma once
 
@@ -44,6 +48,7 @@ namespace atrium {
 struct CoarseEntry {
   std::uint32_t unit = 0;                // the source
   std::array<float, kChannels> share{};  // of the source's mean E, in the receiver's
+  float form_factor = 0;                 // of the source's mean B: what share is without its paint
 };
 
 // What a gather made of a patch, lm.
@@ -58,6 +63,35 @@ struct UnitDetail {
   double sent = 0;      // lm, luminance
   double missed = 0;    // lm: what its patches' means would have sent, less that
   double left_out = 0;  // lm, of detail, by links from coarse elements
+};
+
+// What an edit of the scene has made of a unit.
+struct UnitEdit {
+  static constexpr std::uint32_t kNew = ~std::uint32_t{0};
+  std::uint32_t before = kNew;  // its number in the old model
+  Spectrum reflectance{0};      // mean, as it is now
+  Spectrum change{0};           // lm/m², mean B, in the light that it had
+};
+
+// What a run that has ended keeps of its coarse system, for one that starts from it: K without
+// paint, eight bytes an entry.
+struct CoarseFactors {
+  struct Entry {
+    std::uint32_t unit = 0;
+    float form_factor = 0;
+  };
+  std::vector<std::vector<Entry>> rows;  // by unit
+  std::vector<double> detail_shares;     // by unit
+};
+std::vector<std::byte> to_bytes(const CoarseFactors& factors);
+// kStore: the record is shorter or longer than it says.
+Result<CoarseFactors> coarse_factors(std::span<const std::byte> record);
+
+// Is a cluster gathered to?
+enum class Reached : std::uint8_t {
+  kNot,
+  kNext,  // from the next sweep on
+  kNow
 };
 
 class Equilibrium;
@@ -78,7 +112,9 @@ class CoarseRows {
   // absorb.
   struct Entry {
     std::uint32_t unit = 0;
-    Spectrum share{0}, doubt{0};  // of form factors, and their variances
+    Spectrum share{0}, doubt{0};     // of form factors, and their variances
+    double factors = 0, doubts = 0;  // m², the same of a source that reflects all
+    bool none() const { return factors == 0 && doubts == 0; }
   };
   const Equilibrium& equilibrium_;
   ClusterId receiver_;
@@ -103,6 +139,24 @@ class Equilibrium {
   // Where its links were made anew.
   void set_rows(const CoarseRows& rows);
   void set_row(std::uint32_t unit, std::vector<CoarseEntry> row) { k_[unit] = std::move(row); }
+
+  CoarseFactors factors() const;
+  // Takes over what another solve has left of the same units, and spreads what the edit changes of
+  // their B. No cluster is reached by it yet.
+  void take_over(const CoarseFactors& before, std::span<const UnitEdit> edits);
+  // Whom sweeps gather to: all, but after take_over.
+  Reached reached(ClusterId cluster) const { return reached_[cluster.value]; }
+  void reach(ClusterId cluster) {
+    if (reached_[cluster.value] == Reached::kNot) reached_[cluster.value] = Reached::kNext;
+  }
+  void begin_sweep();
+  // lx: what has come to a unit of it beside all gathers, at the most.
+  double come_by_itself(ClusterId cluster) const;
+  bool anything_pending(ClusterId cluster) const;
+  // What was pending of it is part of what is stored.
+  void put_in(ClusterId cluster);
+  // m², by unit.
+  std::span<const double> areas() const { return area_; }
   // A complete gather to a cluster: nothing is pending of it any more.
   void gathered(ClusterId receiver, std::span<const PatchGain> patches);
 
@@ -130,6 +184,10 @@ class Equilibrium {
   friend class CoarseRows;
   void learn_detail_shares();
   void judge_correction(std::size_t unit, const Spectrum& change);
+  bool gathers(std::size_t unit) const {
+    return reached_[cluster_of_unit_[unit]] == Reached::kNow;
+  }
+  void solve_for(std::span<const Spectrum> residual);
   // What v has changed in a sweep, u's gather in it has not seen. Nor, at large, what its own
   // patches have.
   bool later(std::uint32_t v, std::uint32_t u) const;
@@ -139,6 +197,7 @@ class Equilibrium {
   std::vector<std::uint32_t> unit_of_patch_;      // by PatchId
   std::vector<std::uint32_t> first_patch_;        // by cluster, one more at the end
   std::vector<std::uint32_t> first_unit_;         // by cluster, one more at the end
+  std::vector<std::uint32_t> cluster_of_unit_;
   std::vector<std::uint32_t> rank_;               // by unit: its cluster's place in the order
   std::vector<double> area_;                      // m², by unit
   std::vector<std::vector<CoarseEntry>> k_;       // rows by unit, ascending
@@ -151,6 +210,9 @@ class Equilibrium {
   std::vector<double> sent_, missed_, left_out_;  // lm, by unit, of this sweep: UnitDetail's
   std::vector<double> detail_share_;              // by unit
   std::vector<double> trust_;                     // by unit: share of its correction that is taken
+  std::vector<Reached> reached_;                      // by cluster
+  // lx, by unit that is not gathered to: come by K and not in pending_ yet; all that ever was.
+  std::vector<Spectrum> owed_, came_;
 };
 
 }  // namespace atrium

@@ -24,21 +24,31 @@ RunModel run_model(const Prepared& prepared, int basis) {
   return run;
 }
 
+std::vector<PatchTree> plant_all(const Prepared& prepared, ClusterId id, int basis) {
+  const Cluster& cluster = prepared.model.clusters[id.value];
+  std::vector<PatchTree> trees;
+  for (std::uint32_t i = 0; i < cluster.patch_count; ++i)
+    trees.push_back(
+        plant(prepared.model, prepared.scene, PatchId(cluster.first_patch + i), basis));
+  return trees;
+}
+
 static_assert(std::has_unique_object_representations_v<ClusterId>);
 static_assert(sizeof(Spectrum) == kChannels * sizeof(double) && sizeof(Vec3) == 3 * sizeof(double));
 
 }  // namespace
 
-Status write_first_records(const Prepared& prepared, int basis, ClusterStore& store) {
+Status write_first_records(const Prepared& prepared, int basis, ClusterStore& store,
+                           const TreesOf& trees_of) {
   const Model& model = prepared.model;
   for (std::size_t c = 0; c < model.clusters.size(); ++c) {
-    const Cluster& cluster = model.clusters[c];
-    std::vector<PatchTree> trees;
-    for (std::uint32_t i = 0; i < cluster.patch_count; ++i)
-      trees.push_back(plant(model, prepared.scene, PatchId(cluster.first_patch + i), basis));
-    const GroupTree groups = plant_groups(trees, prepared.plan.dense);
-    std::vector<std::byte> bytes(record_bytes(trees, groups));
-    write_record(static_cast<std::uint32_t>(c), trees, bytes, groups);
+    Result<std::vector<PatchTree>> trees =
+        trees_of ? trees_of(ClusterId(c)) : plant_all(prepared, ClusterId(c), basis);
+    if (!trees.ok()) return trees.status();
+    GroupTree groups = plant_groups(*trees, prepared.plan.dense);
+    if (trees_of) pull_groups(*trees, groups);
+    std::vector<std::byte> bytes(record_bytes(*trees, groups));
+    write_record(static_cast<std::uint32_t>(c), *trees, bytes, groups);
     ATRIUM_RETURN_IF_ERROR(store.create_record(record_id(RecordKind::kCluster, c), bytes));
   }
   return store_run_model(to_bytes(run_model(prepared, basis)), store);

@@ -131,6 +131,13 @@ std::string summary_json(const SolveSummary& s) {
   j["left_out"] = Json::array();
   for (const LeftOut& l : s.left_out)
     j["left_out"].push_back({{"feature", l.feature}, {"why", l.why}});
+  if (!s.from.empty())
+    j["warm"] = {{"from", s.from},
+                 {"patches_kept", s.warm.patches_kept},
+                 {"elements_kept", s.warm.elements_kept},
+                 {"clusters_changed", s.warm.clusters_changed},
+                 {"clusters_reached", s.warm.clusters_reached},
+                 {"clusters_kept", s.clusters - s.warm.clusters_reached}};
   j["threads"] = s.threads;
   j["checkpoints"] = s.checkpoints;
   j["resumes"] = s.resumes;
@@ -184,6 +191,7 @@ std::string run_toml(const SolveOptions& o) {
     << "io = " << quoted(o.io) << "\n"
     << "checkpoint-every = \"" << o.checkpoint_every << "s\"\n";
   path("trace", o.trace);
+  path("from", o.from);
   return t.str();
 }
 

@@ -25,6 +25,9 @@ class KeptLinks {
   // budget: bytes of memory.
   KeptLinks(ClusterStore& store, std::size_t clusters, std::uint64_t budget);
 
+  bool has(ClusterId receiver) const {
+    return kept_[receiver.value].in_memory || kept_[receiver.value].on_disk;
+  }
   // The receiver's braids: valid until the next call. kStore: the disk.
   Result<std::vector<Braid>*> of(ClusterId receiver);
   Status keep(ClusterId receiver, std::vector<Braid> braids);

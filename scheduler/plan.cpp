@@ -7,6 +7,7 @@
 #include "engine/quantity.h"
 #include "scheduler/order.h"
 #include "scheduler/run_model.h"
+#include "scheduler/warm_start.h"
 #include "scheduler/working_set.h"
 #include "visibility/partition.h"
 
@@ -186,6 +187,8 @@ Status validate(const SolveOptions& o) {
     return refuse("--io", "unknown way to the disk " + o.io, "use mmap or direct");
   if (!(o.checkpoint_every > 0))
     return refuse("--checkpoint-every", "not above 0", "try 10min");
+  if (!o.from.empty() && o.from == o.run_directory)
+    return refuse("--from", "it is the directory to be made", "give another one with -o");
   for (const std::string& feature : o.force)
     if (feature != kRays && feature != kGroups)
       return refuse("--force", feature + " can not be forced",
@@ -239,6 +242,14 @@ Result<Plan> plan(const SolveOptions& options) {
   ATRIUM_RETURN_IF_ERROR(validate(options));
   Result<Prepared> p = prepare(options);
   if (!p.ok()) return p.status();
+  if (!options.from.empty()) {
+    const Result<std::unique_ptr<WarmStart>> warm = WarmStart::open(options, *p);
+    if (!warm.ok()) return warm.status();
+    Equilibrium equilibrium(p->model, {});
+    Cursor cursor;
+    (*warm)->begin(equilibrium, cursor);
+    p->plan.warm = (*warm)->figures(equilibrium);
+  }
   return p->plan;
 }
 

@@ -98,7 +98,7 @@ void RunReport::take_up(const RunState& earlier) {
   static_cast<SolveFigures&>(summary_) = earlier.figures;
   ++summary_.resumes;
   say("resumed after " + std::to_string(earlier.sweep.gathered) + " clusters of iteration " +
-      std::to_string(current_iteration(earlier.cursor, earlier.sweep, summary_.clusters)));
+      std::to_string(current_iteration(earlier.cursor, earlier.sweep, gathers_to_)));
 }
 
 void RunReport::count_checkpoint(RunState& state) {
@@ -136,12 +136,12 @@ void RunReport::count_links(const Sweep& sweep, double residual) {
 Status RunReport::show(const Cursor& cursor, const Sweep& sweep, bool at_once) {
   if (!at_once && now() - last_shown_ < kStatusInterval) return {};
   last_shown_ = now();
-  const std::uint64_t clusters = summary_.clusters;
+  const std::uint64_t clusters = gathers_to_;
   RunStatus status;
   status.process = ::getpid();
-  status.phase = ended()         ? RunPhase::kEnded
-                 : clusters == 0 ? RunPhase::kPreparing
-                                 : RunPhase::kSolving;
+  status.phase = ended()                  ? RunPhase::kEnded
+                 : summary_.clusters == 0 ? RunPhase::kPreparing
+                                          : RunPhase::kSolving;
   if (ended()) status.exit_code = summary_.exit_code;
   status.iteration = current_iteration(cursor, sweep, clusters);
   status.gathered = sweep.gathered;

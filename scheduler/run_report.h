@@ -42,6 +42,8 @@ class RunReport {
   void count_checkpoint(RunState& state);
   void checkpointed() { checkpoint_at_ = seconds(); }
 
+  // So many clusters an iteration.
+  void gathers_to(std::uint64_t clusters) { gathers_to_ = clusters; }
   void begin_sweep() { sweep_began_ = counters(); }
   void end_sweep(const Sweep& sweep);
   // Of a sweep across links.
@@ -70,6 +72,7 @@ class RunReport {
   const ProgressCallback& progress_;
   const LogCallback& log_;
   const double start_, cpu_start_;
+  std::uint64_t gathers_to_ = 0;
   StoreCounters sweep_began_;
   SolveSummary summary_;
   HistoryLine last_line_;

@@ -12,6 +12,7 @@
 
 #include "engine/status.h"
 #include "pagestore/cluster_store.h"
+#include "pagestore/record.h"
 #include "scheduler/gather_cluster.h"
 #include "scheduler/run_files.h"
 #include "scheduler/solve.h"
@@ -45,6 +46,7 @@ struct Cursor {
   double least_change = 0;      // of this level
   double rest = 1;              // of the light, what is still to come
   std::uint32_t settling = 0;   // sweeps, and one, since it was exact enough but for that rest
+  std::uint32_t to_mend = 0;    // 1: by a local pass, before it is judged
 };
 
 // Working sets in the course of an iteration, in steps of as many gathers each: a bounded number of
@@ -71,12 +73,17 @@ struct Sweep {
   void add(const GatherReport& r, std::uint64_t clusters);
 };
 
-inline constexpr std::uint32_t kRunStateVersion = 13;  // one more with every change of RunState
+inline constexpr std::uint32_t kRunStateVersion = 14;  // one more with every change of RunState
+
+// The coarse system while a run goes on, and what is left of it when that has ended.
+inline constexpr RecordId kEquilibriumRecord = record_id(RecordKind::kEquilibrium, 0);
+inline constexpr RecordId kFactorsRecord = record_id(RecordKind::kEquilibrium, 1);
 
 struct RunState {
   std::uint32_t version = kRunStateVersion;
   std::uint32_t begun = 0;       // 1: the first records are there
   std::uint64_t model_hash = 0;  // of the model record
+  double error_asked = 0;
   Cursor cursor;
   Sweep sweep;
   SolveFigures figures;

@@ -21,6 +21,7 @@
 #include "scheduler/reference_points.h"
 #include "scheduler/run_directory.h"
 #include "scheduler/run_report.h"
+#include "scheduler/warm_start.h"
 
 namespace atrium {
 
@@ -34,8 +35,6 @@ std::atomic<bool> stop_flag{false}, checkpoint_flag{false};
 constexpr double kOver = 1.25;
 // Sources brighter than this many times the mean are lamps: they do not stand for their room.
 constexpr double kLampOfMean = 8;
-
-constexpr RecordId kEquilibriumRecord = record_id(RecordKind::kEquilibrium, 0);
 
 // Requests whose records are foreseen at a time; what is needed next is among them.
 constexpr std::uint64_t kForesight = 1 << 16;
@@ -53,7 +52,11 @@ class Scheduler {
  private:
   // The run on disk.
   Status open_run();
-  Status take_up_run();
+  Status take_up_run();  // from where an earlier process left it, or
+  Status begin_run();
+  Status begin_from_another();
+  Status save_iteration();
+  Status leave_factors();
   Status checkpoint();
   Status checkpoint_if_due();
   Status finish();
@@ -61,18 +64,23 @@ class Scheduler {
   // The iteration.
   Status prepare_all();
   Status iterate();
+  Status look_at_rest();
+  Status settle_at_rest();
+  void gather_to_reached();
+  void begin_sweep();
   Status sweep();
   Result<GatherReport> gather_to(ClusterId receiver);
   void end_sweep();
   Status judge();
   void follow(const Next& next);
+  bool reach_further();
   GatherTask task_for(ClusterId receiver);
   void foresee_more();
   void forget_foreseen();
   bool limits_reached();
   double light_with_pending() const;
   double residual() const;
-  SweepOutcome outcome() const;
+  SweepOutcome outcome(bool reaches_further) const;
 
   // How exact it is, for the history and to be judged by.
   Status record_history(std::uint32_t level, bool complete);
@@ -88,7 +96,9 @@ class Scheduler {
   std::unique_ptr<RayWorlds> worlds_;
   std::unique_ptr<FreshGather> fresh_;
   std::optional<BrightSources> bright_;  // of the solution that the local pass measures
-  std::vector<ClusterId> order_;
+  std::vector<ClusterId> order_;         // of all clusters
+  std::vector<ClusterId> reached_;       // those that are gathered to, in that order
+  std::optional<GatherReport> at_rest_;  // sums over the others
   std::unique_ptr<KeptLinks> links_;
   std::optional<Equilibrium> equilibrium_;
   Cursor cursor_;
@@ -114,12 +124,7 @@ Status Scheduler::take_up_run() {
   ATRIUM_RETURN_IF_ERROR(directory_.begin_trace());
   model_hash_ = fingerprint(prepared_->scene, prepared_->model);
   const RunState& earlier = directory_.earlier();
-  if (!earlier.begun) {
-    ATRIUM_RETURN_IF_ERROR(directory_.see_to_disk(prepared_->plan));
-    ATRIUM_RETURN_IF_ERROR(write_first_records(*prepared_, options_.basis, directory_.store()));
-    ATRIUM_RETURN_IF_ERROR(report_.log_gaps(prepared_->plan.closed_gaps));
-    return checkpoint();
-  }
+  if (!earlier.begun) return begin_run();
   if (earlier.model_hash != model_hash_)
     return Status(
         Code::kUsage, options_.scene.files.front(), "",
@@ -127,25 +132,71 @@ Status Scheduler::take_up_run() {
         "give back the scene as it was, or solve into another directory");
   cursor_ = earlier.cursor;
   sweep_ = earlier.sweep;
-  if (directory_.store().contains(kEquilibriumRecord)) {
+  report_.gathers_to(sweep_.gathered);
+  if (!cursor_.done) {
     const auto record = directory_.store().stream_in(kEquilibriumRecord);
     if (!record.ok()) return record.status();
     ATRIUM_RETURN_IF_ERROR(equilibrium_->restore(*record));
+    gather_to_reached();
   }
   report_.take_up(earlier);
   return {};
 }
 
+Status Scheduler::begin_run() {
+  ATRIUM_RETURN_IF_ERROR(directory_.see_to_disk(prepared_->plan));
+  if (options_.from.empty())
+    ATRIUM_RETURN_IF_ERROR(write_first_records(*prepared_, options_.basis, directory_.store()));
+  else
+    ATRIUM_RETURN_IF_ERROR(begin_from_another());
+  gather_to_reached();
+  sweep_.gathered = reached_.size();  // none is under way
+  ATRIUM_RETURN_IF_ERROR(report_.log_gaps(prepared_->plan.closed_gaps));
+  return checkpoint();
+}
+
+Status Scheduler::begin_from_another() {
+  const Result<std::unique_ptr<WarmStart>> opened = WarmStart::open(options_, *prepared_);
+  if (!opened.ok()) return opened.status();
+  WarmStart& warm = **opened;
+  TreesOf trees_of;
+  if (warm.takes_over()) trees_of = [&](ClusterId c) { return warm.trees_of(c); };
+  ATRIUM_RETURN_IF_ERROR(
+      write_first_records(*prepared_, options_.basis, directory_.store(), trees_of));
+  warm.begin(*equilibrium_, cursor_);
+  summary().warm = warm.figures(*equilibrium_);
+  if (cursor_.phase == Phase::kJudge) {  // nothing will be gathered
+    summary().estimate = warm.estimate();
+    ATRIUM_RETURN_IF_ERROR(look_at_rest());
+    Sweep all;
+    all.add(*at_rest_);
+    report_.end_sweep(all);
+  }
+  return report_.log("start from " + options_.from + ": " +
+                     in_words(summary().warm, prepared_->plan));
+}
+
+Status Scheduler::save_iteration() {
+  if (links_) ATRIUM_RETURN_IF_ERROR(links_->save());
+  return directory_.store().stream_out(kEquilibriumRecord, equilibrium_->saved());
+}
+
+// Of a run that has ended the coarse system's form factors stay, for who starts from it.
+Status Scheduler::leave_factors() {
+  ClusterStore& store = directory_.store();
+  if (!store.contains(kEquilibriumRecord)) return {};  // it had ended before
+  ATRIUM_RETURN_IF_ERROR(store.stream_out(kFactorsRecord, to_bytes(equilibrium_->factors())));
+  store.drop_streamed(kEquilibriumRecord);
+  return {};
+}
+
 // Between two gathers: all of the solve that is not a function of the scene and the options.
 Status Scheduler::checkpoint() {
-  if (links_ && !cursor_.done) {
-    ATRIUM_RETURN_IF_ERROR(links_->save());
-    ATRIUM_RETURN_IF_ERROR(
-        directory_.store().stream_out(kEquilibriumRecord, equilibrium_->saved()));
-  }
+  ATRIUM_RETURN_IF_ERROR(cursor_.done ? leave_factors() : save_iteration());
   RunState state;
   state.begun = 1;
   state.model_hash = model_hash_;
+  state.error_asked = options_.error;
   state.cursor = cursor_;
   state.sweep = sweep_;
   report_.count_checkpoint(state);
@@ -177,15 +228,17 @@ GatherTask Scheduler::task_for(ClusterId receiver) {
   t.receiver = receiver;
   t.links = links_.get();
   t.equilibrium = &*equilibrium_;
+  const bool linked = options_.links == "discard" ? cursor_.sweep > 0 : links_->has(receiver);
   if (options_.links != "discard")
-    t.linking = cursor_.sweep > 0 ? Linking::kUseKept : Linking::kMakeAndKeep;
+    t.linking = linked ? Linking::kUseKept : Linking::kMakeAndKeep;
   t.refine.threshold = link_threshold(cursor_, options_);
   t.refine.mean_irradiance = cursor_.mean_irradiance;
-  t.refine.ambient = cursor_.iteration == 0 ? 0.5 * cursor_.mean_irradiance : 0;
+  const bool dark = cursor_.level == 0 && cursor_.iteration == 0;
+  t.refine.ambient = dark ? 0.5 * cursor_.mean_irradiance : 0;
   t.refine.reference_area = prepared_->light.reference_area;
   t.refine.min_edge = prepared_->plan.min_edge;
   t.refine.tolerance = prepared_->model.tolerance;
-  t.over = cursor_.sweep > 0 ? kOver : 1;
+  t.over = linked ? kOver : 1;
   t.lamp_cap = kLampOfMean * cursor_.mean_radiosity;
   return t;
 }
@@ -195,11 +248,11 @@ double Scheduler::residual() const {
   return norm > 0 ? std::sqrt(sweep_.sums.change2) / norm : 0;
 }
 
-// Of the sweep that ended.
-SweepOutcome Scheduler::outcome() const {
+// Of the sweep that ended. What will change in clusters that it has yet to reach is not known.
+SweepOutcome Scheduler::outcome(bool reaches_further) const {
   const double reflected = light_with_pending() * luminance(sweep_.sums.reflected);
   SweepOutcome o;
-  o.change = reflected > 0 ? sweep_.sums.change / reflected : 0;
+  o.change = reaches_further ? 1 : reflected > 0 ? sweep_.sums.change / reflected : 0;
   o.residual = residual();
   o.noisy = sweep_.refined.kernels > 0;
   return o;
@@ -217,9 +270,9 @@ bool Scheduler::limits_reached() {
 // that it reads.
 void Scheduler::foresee_more() {
   std::vector<RecordId> requests;
-  const std::size_t n = order_.size();
+  const std::size_t n = reached_.size();
   while (directory_.store().foreseen() + requests.size() < kForesight && foreseen_ahead_ < n) {
-    const ClusterId receiver = order_[(sweep_.gathered + foreseen_ahead_) % n];
+    const ClusterId receiver = reached_[(sweep_.gathered + foreseen_ahead_) % n];
     requests.push_back(record_id(RecordKind::kCluster, receiver.value));
     for (const ClusterId s : prepared_->model.visible[receiver.value])
       if (s != receiver) requests.push_back(record_id(RecordKind::kCluster, s.value));
@@ -249,21 +302,61 @@ Result<GatherReport> Scheduler::gather_to(ClusterId receiver) {
   return measure_mend(store, *fresh_, *bright_, receiver, {}, *equilibrium_);
 }
 
-// One complete gather to every cluster, or the rest of one.
-Status Scheduler::sweep() {
-  if (sweep_.gathered == order_.size()) {
-    sweep_ = {};
-    report_.begin_sweep();
+// The sums over all that the sweep leaves as it is.
+Status Scheduler::look_at_rest() {
+  GatherReport all;
+  for (const ClusterId c : order_) {
+    if (equilibrium_->reached(c) != Reached::kNot) continue;
+    const Result<GatherReport> report = at_rest(directory_.store(), c);
+    if (!report.ok()) return report.status();
+    all.sums.add(report->sums);
+    all.elements += report->elements;
   }
+  at_rest_ = all;
+  return {};
+}
+
+// What the coarse system adds to clusters at rest is part of their light when that is measured.
+Status Scheduler::settle_at_rest() {
+  if (reached_.size() == order_.size()) return {};
+  forget_foreseen();
+  at_rest_.reset();
+  return put_in_pending(directory_.store(), prepared_->model, *equilibrium_);
+}
+
+void Scheduler::gather_to_reached() {
+  std::vector<ClusterId> reached;
+  for (const ClusterId c : order_)
+    if (equilibrium_->reached(c) == Reached::kNow) reached.push_back(c);
+  if (reached != reached_) forget_foreseen();
+  reached_ = std::move(reached);
+  report_.gathers_to(reached_.size());
+}
+
+void Scheduler::begin_sweep() {
+  equilibrium_->begin_sweep();
+  gather_to_reached();
+  summary().warm.clusters_reached = reached_.size();
+  sweep_ = {};
+  report_.begin_sweep();
+}
+
+// One complete gather to every cluster that is reached, or the rest of one.
+Status Scheduler::sweep() {
   const bool by_links = cursor_.phase == Phase::kLinks;
+  if (cursor_.phase == Phase::kMeasure && sweep_.gathered == reached_.size())
+    ATRIUM_RETURN_IF_ERROR(settle_at_rest());
+  if (!at_rest_) ATRIUM_RETURN_IF_ERROR(look_at_rest());
+  if (sweep_.gathered == reached_.size()) begin_sweep();
   if (!by_links) forget_foreseen();
-  while (sweep_.gathered < order_.size()) {
+  while (sweep_.gathered < reached_.size()) {
     ATRIUM_RETURN_IF_ERROR(checkpoint_if_due());
     if (limits_reached()) return record_history(cursor_.level, false);
     if (by_links) foresee_more();
     if (sweep_.gathered == 0) directory_.mark_iteration(cursor_.iteration + 1);
-    directory_.mark_gather(record_id(RecordKind::kCluster, order_[sweep_.gathered].value));
-    const Result<GatherReport> report = gather_to(order_[sweep_.gathered]);
+    const ClusterId receiver = reached_[sweep_.gathered];
+    directory_.mark_gather(record_id(RecordKind::kCluster, receiver.value));
+    const Result<GatherReport> report = gather_to(receiver);
     if (!report.ok()) return report.status();
     if (by_links) --foreseen_ahead_;
     sweep_.add(*report, order_.size());
@@ -276,7 +369,11 @@ Status Scheduler::sweep() {
   if (cursor_.phase != Phase::kMend) summary().iterations = ++cursor_.iteration;
   end_sweep();
   if (!by_links) return {};
-  follow(after_sweep(cursor_, options_, outcome()));
+  follow(after_sweep(cursor_, options_, outcome(reach_further())));
+  if (cursor_.phase == Phase::kJudge && cursor_.to_mend) {
+    cursor_.phase = Phase::kMeasure;
+    cursor_.to_mend = 0;
+  }
   return cursor_.phase == Phase::kJudge ? Status() : record_history(level, true);
 }
 
@@ -287,6 +384,8 @@ void Scheduler::end_sweep() {
     cursor_.phase = Phase::kMend;
     return;
   }
+  sweep_.sums.add(at_rest_->sums);
+  sweep_.elements += at_rest_->elements;
   report_.end_sweep(sweep_);
   if (cursor_.phase == Phase::kMend) {
     equilibrium_->forget();
@@ -305,8 +404,18 @@ void Scheduler::end_sweep() {
   }
 }
 
-// Looks at the error, each closer than the last, as far as it takes.
+// Does what has changed go further than was thought? Those clusters join the next sweep.
+bool Scheduler::reach_further() {
+  const bool further = atrium::reach_further(options_, prepared_->model, cursor_.mean_irradiance,
+                                             *equilibrium_) > 0;
+  if (further) at_rest_.reset();
+  return further;
+}
+
+// Looks at the error, each closer than the last, as far as it takes. Where few clusters are
+// gathered to it is only judged: a look would cost more than a sweep.
 Status Scheduler::look_at_error() {
+  if (reached_.size() < order_.size() && cursor_.phase != Phase::kJudge) return {};
   for (std::size_t look = 0; look < kLooks.size(); ++look) {
     if (!needs_look(look, cursor_, options_, summary().estimate, summary().links)) continue;
     const Result<ErrorEstimate> found =
@@ -337,13 +446,16 @@ Status Scheduler::record_history(std::uint32_t level, bool complete) {
 void Scheduler::follow(const Next& next) {
   stop_ = next.stop;
   if (next.level_begins || cursor_.done) links_->forget_all();
-  if (next.level_begins) equilibrium_->forget();
-  if (cursor_.done && directory_.store().contains(kEquilibriumRecord))
-    directory_.store().drop_streamed(kEquilibriumRecord);
+  if (!next.level_begins) return;
+  equilibrium_->forget();
+  for (const ClusterId c : order_) equilibrium_->reach(c);
+  at_rest_.reset();
+  cursor_.to_mend = 0;
 }
 
 // Is the solution as exact as asked?
 Status Scheduler::judge() {
+  ATRIUM_RETURN_IF_ERROR(settle_at_rest());
   ATRIUM_RETURN_IF_ERROR(record_history(cursor_.level, true));
   for (const ClusterId c : order_) drop_mend(directory_.store(), c);
   follow(after_estimate(cursor_, options_, summary().estimate, summary().links));
@@ -391,6 +503,7 @@ Status Scheduler::prepare_all() {
     reference_.emplace(std::move(points).value());
   }
   report_.begin(*prepared_);
+  summary().from = options_.from;
   cursor_.mean_irradiance = prepared_->light.irradiance;
   cursor_.mean_radiosity = prepared_->light.radiosity;
   sweep_.gathered = order_.size();  // none is under way

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,7 @@ struct SolveOptions {
   std::string io = "mmap";        // mmap, direct
   double checkpoint_every = 600;  // s
   std::string trace;              // the store's accesses are recorded here; empty: nowhere
+  std::string from;               // the run to start from (scheduler/warm_start.h); empty: none
   // From here on nothing that repeats a run.
   bool recover = false;  // where the newest root does not verify, go on from the older one
   Disk* disk = nullptr;  // nullptr: the machine's own
@@ -69,6 +71,13 @@ struct LeftOut {
   std::string feature, why;
 };
 
+// What a solve took over from the run that it started from.
+struct WarmFigures {
+  std::uint64_t patches_kept = 0, elements_kept = 0;
+  std::uint64_t clusters_changed = 0;  // by the edit: in shape, paint, or what touches them
+  std::uint64_t clusters_reached = 0;  // gathered to
+};
+
 // The figures of a summary; they are part of a checkpoint's state.
 struct SolveFigures {
   std::uint64_t patches = 0, clusters = 0, cells = 0, portals = 0, lights = 0;
@@ -88,10 +97,12 @@ struct SolveFigures {
   std::uint64_t live_bytes = 0, allocated_bytes = 0;  // of all records; of extents on disk
   std::uint64_t reads_ahead = 0;  // of reads: begun before they were asked for
   std::uint64_t streamed_bytes_read = 0, streamed_bytes_written = 0;  // of links, past the arena
+  WarmFigures warm;
 };
 
 struct SolveSummary : SolveFigures {
   std::vector<std::string> scene;
+  std::string from;  // the run that it started from; empty: none
   std::string stop_reason;
   int exit_code = 0;
   std::vector<LeftOut> left_out;
@@ -109,6 +120,7 @@ struct Plan {
   double min_edge = 0;                // m
   std::uint64_t dense = 0;  // small patches from which on a cluster has face groups
   std::vector<LeftOut> left_out;
+  std::optional<WarmFigures> warm;  // with SolveOptions::from
   std::vector<NamedGap> closed_gaps;  // the widest first
   std::vector<std::string> warnings;
 };

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <functional>
 #include <iostream>
 #include <random>
 #include <thread>
@@ -68,17 +69,24 @@ class Kill : public ::testing::Test {
     return read_file(csv);
   }
 
-  // Kills of runs of this kind, a new run after every end; each ends as the undisturbed one.
   static void kill_and_compare(const std::string& io, const std::string& links, int kills) {
-    const std::string name = io + links;
-    ASSERT_EQ(run(solve(name + "-whole", io, links)).code, 0);
+    kill_and_compare(
+        io + links, [&](const std::string& name) { return solve(name, io, links); }, kills);
+  }
+
+  // Kills of runs of this kind, a new run after every end; each ends as the undisturbed one.
+  // solve: the words that solve into a run of that name.
+  static void kill_and_compare(const std::string& name,
+                               const std::function<Words(const std::string&)>& solve,
+                               int kills) {
+    ASSERT_EQ(run(solve(name + "-whole")).code, 0);
     const std::string expected = exported(name + "-whole");
     ASSERT_FALSE(expected.empty());
     std::mt19937_64 random(1);
     std::uniform_real_distribution<double> share(0, 1);
     int killed = 0, finished = 0;
     while (killed < kills) {
-      const Words words = solve(name, io, links);
+      const Words words = solve(name);
       bool ended = false;
       for (int i = 0; i < kKillsOfARun && killed < kills && !ended; ++i) {
         ended = !kill_after(start(words), share(random) * duration_);
@@ -105,6 +113,26 @@ TEST_F(Kill, MappedKeepingLinks) { kill_and_compare("mmap", "keep", kills()); }
 TEST_F(Kill, MappedDiscardingLinks) { kill_and_compare("mmap", "discard", kills()); }
 TEST_F(Kill, DirectKeepingLinks) { kill_and_compare("direct", "keep", kills()); }
 TEST_F(Kill, DirectDiscardingLinks) { kill_and_compare("direct", "discard", kills()); }
+
+// One lamp of four is dimmed.
+TEST_F(Kill, StartedFromTheRunBeforeAnEdit) {
+  std::string obj = read_file(scene()), mtl = read_file(*folder_ / "rooms.mtl");
+  const std::size_t lamp = obj.find("usemtl", obj.find("o room1_1/lamp"));
+  const std::string paint = obj.substr(lamp + 7, obj.find('\n', lamp) - lamp - 7);
+  obj.replace(lamp + 7, paint.size(), "dimmed");
+  obj.replace(obj.find("rooms.mtl"), 9, "edited.mtl");
+  write_file(*folder_ / "edited.obj", obj);
+  write_file(*folder_ / "edited.mtl", mtl + "\nnewmtl dimmed\nKd 0.5 0.5 0.5\nKe 100 100 100\n");
+  const auto solve_edited = [](const std::string& name) {
+    Words words = solve(name, "mmap", "keep");
+    words[1] = *folder_ / "edited.obj";
+    words.insert(words.end(), {"--from", *folder_ / "undisturbed"});
+    return words;
+  };
+  kill_and_compare("edited", solve_edited, kills());
+  const Ended summary = run({"inspect", *folder_ / "edited-whole", "--json"});
+  EXPECT_NE(summary.out.find("\"clusters_reached\""), std::string::npos) << summary.out;
+}
 
 }  // namespace
 }  // namespace atrium::testing

@@ -67,6 +67,7 @@ SolveOptions thrown(Dice& dice) {
   o.io = dice.toss() ? "mmap" : "direct";
   o.checkpoint_every = dice.number();
   if (dice.toss()) o.trace = "/tmp/run.atr";
+  if (dice.toss()) o.from = "/runs/before the edit";
   return o;
 }
 
@@ -95,6 +96,7 @@ TEST(RunToml, EveryCombinationOfOptionsComesBackByteForByte) {
     ASSERT_EQ(back.scene.drop, options.scene.drop);
     ASSERT_EQ(back.force, options.force);
     ASSERT_EQ(back.trace, options.trace);
+    ASSERT_EQ(back.from, options.from);
   }
 }
 

@@ -86,6 +86,39 @@ TEST_F(TwoPlates, OneSweepAndItsCorrectionAreTheAnswerWhereAPlainIterationTakesF
   EXPECT_NEAR(e_[1] + pending(1), kSecond, kNearly * kSecond);
 }
 
+// An edit lights plate 0: both take what comes of it, and then one alone gathers, by rows that are
+// not K's. What the other is given stays what K carries of all that plate 0 holds.
+TEST_F(TwoPlates, APlateThatIsNotGatheredToIsGivenWhatTheOtherHoldsByK) {
+  std::vector<UnitEdit> edits(equilibrium_->units());
+  std::array<std::uint32_t, 2> unit{};
+  for (const std::uint32_t c : {0u, 1u}) unit[c] = equilibrium_->units_of(ClusterId(c))[0];
+  for (const std::uint32_t c : {0u, 1u}) {
+    equilibrium_->set_row(unit[c], {{unit[1 - c], {}, 1}});
+    edits[unit[c]] = {.before = unit[c], .reflectance = Spectrum{kRho}};
+  }
+  edits[unit[0]].change = Spectrum{kExitance};
+  Equilibrium now(model_, order_);
+  now.take_over(equilibrium_->factors(), edits);
+  const auto given = [&](std::uint32_t c) { return now.pending(ClusterId(c))[0].x; };
+  EXPECT_NEAR(given(0), kFirst, kNearly * kFirst);
+  EXPECT_NEAR(given(1), kSecond, kNearly * kSecond);
+  now.reach(ClusterId(0u));
+  EXPECT_EQ(now.reached(ClusterId(0u)), Reached::kNext);
+  now.begin_sweep();
+  double e = 0;
+  for (const double rho : {.8, .7, .7}) {
+    const double was = e + given(0), change = rho * given(1) - was;
+    e = was + change;
+    const PatchGain gain{Spectrum{change}, Spectrum{0}};
+    now.gathered(ClusterId(0u), std::span(&gain, 1));
+    now.correct(std::abs(change));
+    const double expected = kExitance + kRho * (e + given(0));
+    EXPECT_NEAR(given(1), expected, kNearly * expected);
+  }
+  EXPECT_EQ(now.reached(ClusterId(1u)), Reached::kNot);
+  EXPECT_GT(now.come_by_itself(ClusterId(1u)), given(1) / 2);
+}
+
 TEST_F(TwoPlates, WhatASweepTookBeyondItsGathersIsPartOfTheResidual) {
   sweep(1.5);
   EXPECT_NEAR(e_[0] + pending(0), kFirst, kNearly * kFirst);
