@@ -15,8 +15,8 @@ namespace atrium {
 
 using TreesOf = std::function<Result<std::vector<PatchTree>>(ClusterId)>;
 
-// Every cluster's record, elements of this basis, and the model. trees_of: what each begins with; null:
-// patches of one element, without light.
+// Every cluster's record, elements of this basis, and the model. trees_of: what each begins with;
+// null: patches of one element, without light.
 Status write_first_records(const Prepared& prepared, int basis, ClusterStore& store,
                            const TreesOf& trees_of = {});
 

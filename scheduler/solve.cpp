@@ -169,7 +169,7 @@ Status Scheduler::begin_from_another() {
     summary().estimate = warm.estimate();
     ATRIUM_RETURN_IF_ERROR(look_at_rest());
     Sweep all;
-    all.add(*at_rest_);
+    all.add(*at_rest_, order_.size());
     report_.end_sweep(all);
   }
   return report_.log("start from " + options_.from + ": " +
@@ -359,7 +359,7 @@ Status Scheduler::sweep() {
     const Result<GatherReport> report = gather_to(receiver);
     if (!report.ok()) return report.status();
     if (by_links) --foreseen_ahead_;
-    sweep_.add(*report, order_.size());
+    sweep_.add(*report, reached_.size());
     ATRIUM_RETURN_IF_ERROR(report_.show(cursor_, sweep_, false));
     if (report_.line_due()) ATRIUM_RETURN_IF_ERROR(record_history(cursor_.level, false));
   }

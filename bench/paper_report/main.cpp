@@ -157,7 +157,7 @@ Status show_matrices(const Places& places, const fs::path& floor) {
                    {"Share that the gather before saw too", "common"}},
                   {}};
   for (const OrderFigures& paper : paper_orders()) {
-    const auto order = make_order(paper.order, model, kSeed);
+    const auto order = make_order(paper.order, {model, {}, kSeed});  // none of them by light
     if (!order.ok()) return order.status();
     matrices.push_back({paper.order, interaction_matrix(model.visible, *order)});
     const InteractionMatrix& m = matrices.back().matrix;
