@@ -366,7 +366,10 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   // 5. Extract R, 6. SetDirty, 7. Release.
   report.elements = receiver.elements();
   const std::size_t bytes = record_bytes(receiver.trees, receiver.groups);
-  ATRIUM_RETURN_IF_ERROR(edit->resize(bytes));
+  if (const Status room = edit->resize(bytes); !room.ok()) {
+    if (task.linking == Linking::kMakeAndKeep) task.links->forget(task.receiver);
+    return room;
+  }
   write_record(task.receiver.value, receiver.trees, edit->bytes(), receiver.groups);
   tell(*task.equilibrium, task.receiver, receiver, sums, sent, rows ? &*rows : nullptr);
 

@@ -58,12 +58,15 @@ Status KeptLinks::save() {
   return {};
 }
 
+void KeptLinks::forget(ClusterId receiver) {
+  Kept& kept = kept_[receiver.value];
+  if (store_.contains(braids_of(receiver))) store_.drop_streamed(braids_of(receiver));
+  if (kept.in_memory) bytes_ -= bytes_of(kept.braids);
+  kept = {};
+}
+
 void KeptLinks::forget_all() {
-  for (std::size_t c = 0; c < kept_.size(); ++c) {
-    if (store_.contains(braids_of(ClusterId(c)))) store_.drop_streamed(braids_of(ClusterId(c)));
-    kept_[c] = {};
-  }
-  bytes_ = 0;
+  for (std::size_t c = 0; c < kept_.size(); ++c) forget(ClusterId(c));
   streamed_.clear();
 }
 

@@ -32,7 +32,8 @@ class KeptLinks {
   Result<std::vector<Braid>*> of(ClusterId receiver);
   Status keep(ClusterId receiver, std::vector<Braid> braids);
   Status save();
-  void forget_all();  // a new level: its links are made anew
+  void forget(ClusterId receiver);  // that is not gathered to after all
+  void forget_all();                // a new level: its links are made anew
 
   std::uint64_t bytes() const { return bytes_; }  // in memory
 
