@@ -1,21 +1,15 @@
 #include "scheduler/equilibrium.h"
 
-// The same bits on every machine; and g++ 12 warns of its own AVX-512 headers.
-#define EIGEN_DONT_VECTORIZE
-#include <Eigen/Dense>
-#include <Eigen/IterativeLinearSolvers>
-#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "scheduler/bicgstab.h"
 #include "scheduler/record_bytes.h"
 
 namespace atrium {
 
 namespace {
-
-using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
 // Relative residual to which the coarse system is solved, and steps at most: what is left of it is
 // left to the sweeps.
@@ -46,6 +40,8 @@ struct Head {
   std::uint64_t units = 0, sweeps = 0;
   double reach = 0, last_change = 0;
 };
+
+Spectrum spectrum_of(const CoarseEntry& e) { return {e.share[0], e.share[1], e.share[2]}; }
 
 // m², of what takes part in the exchange of light.
 double lit_area(const Model& model, std::uint32_t patch) {
@@ -84,12 +80,20 @@ Equilibrium::Equilibrium(const Model& model, std::span<const ClusterId> order)
   }
   first_patch_.push_back(std::uint32_t(model.patches.size()));
   first_unit_.push_back(std::uint32_t(area_.size()));
-  k_.resize(units());
+  k_ = CoarseMatrix(units());
   change_.assign(units(), Spectrum{0});
   beyond_.assign(units(), Spectrum{0});
   pending_.assign(units(), Spectrum{0});
   trust_.assign(units(), 1);
   for (auto* sums : {&missed_, &sent_, &left_out_, &detail_share_}) sums->assign(units(), 0);
+}
+
+std::uint64_t expected_coarse_bytes(const Model& model) {
+  constexpr std::uint64_t kEntriesOfPair = 5;  // 4.5 on gen floor, most units being turned away
+  std::vector<ClusterId> order;
+  for (std::size_t c = 0; c < model.clusters.size(); ++c) order.push_back(ClusterId(c));
+  return Equilibrium(model, order).bytes() +
+         kEntriesOfPair * model.visible.items.size() * sizeof(CoarseEntry);
 }
 
 std::span<const std::uint32_t> Equilibrium::units_of(ClusterId cluster) const {
@@ -140,6 +144,8 @@ void Equilibrium::judge_correction(std::size_t u, const Spectrum& change) {
   trust_[u] = std::clamp(trust, kLeastTrust, 1.0);
 }
 
+bool Equilibrium::learns() const { return sweeps_ < kLearning; }
+
 void Equilibrium::sent(std::span<const UnitDetail> details) {
   for (const UnitDetail& d : details) {
     missed_[d.unit] += d.missed;
@@ -170,32 +176,38 @@ void Equilibrium::set_rows(const CoarseRows& rows) {
       const Spectrum share = (kept * e.share + made_up * e.doubt) / area_[u];
       row.push_back({e.unit, {float(share[0]), float(share[1]), float(share[2])}});
     }
-    set_row(std::uint32_t(u), std::move(row));
+    set_row(std::uint32_t(u), row);
   }
 }
 
-// (I - K) x = r for one channel.
-void Equilibrium::solve_channel(int channel, double reach, std::span<const Spectrum> residual,
-                                std::span<Spectrum> x) const {
-  const auto n = Eigen::Index(units());
+// (I - K) x = r, for all channels side by side over the rows as they are.
+std::vector<Spectrum> Equilibrium::solve(double reach, std::span<const Spectrum> residual) const {
   const double damping = 1 - 1 / reach;
-  SparseRows a(n, n);
-  Eigen::VectorXi sizes(n);
-  for (Eigen::Index u = 0; u < n; ++u) sizes[u] = int(k_[u].size()) + 1;
-  a.reserve(sizes);
-  Eigen::VectorXd b(n);
-  for (Eigen::Index u = 0; u < n; ++u) {
-    a.insert(u, u) = 1;
-    b[u] = residual[u][channel];
-    for (const CoarseEntry& e : k_[u]) a.coeffRef(u, e.unit) -= damping * e.share[channel];
-  }
-  a.makeCompressed();
-  Eigen::BiCGSTAB<SparseRows, Eigen::DiagonalPreconditioner<double>> solver;
-  solver.setTolerance(kSolved);
-  solver.setMaxIterations(kMostSteps);
-  solver.compute(a);
-  const Eigen::VectorXd found = solver.solve(b);
-  for (Eigen::Index u = 0; u < n; ++u) x[u][channel] = found[u];
+  const auto times = [&](std::span<const Spectrum> x, std::span<Spectrum> y) {
+    for (std::size_t u = 0; u < units(); ++u) {
+      double r = 0, g = 0, b = 0;  // a vector in memory would wait for itself at every entry
+      for (const CoarseEntry& e : k_[u]) {
+        const Spectrum& from = x[e.unit];
+        r += e.share[0] * from.x;
+        g += e.share[1] * from.y;
+        b += e.share[2] * from.z;
+      }
+      y[u] = x[u] - damping * Spectrum{r, g, b};
+    }
+  };
+  std::vector<Spectrum> diagonal(units(), Spectrum{1});
+  for (std::size_t u = 0; u < units(); ++u)
+    for (const CoarseEntry& e : k_[u])
+      if (e.unit == u) diagonal[u] -= damping * spectrum_of(e);
+  return bicgstab(times, diagonal, residual, kSolved, kMostSteps);
+}
+
+std::size_t Equilibrium::bytes() const {
+  constexpr std::size_t kSpectra = 3 + 2 + kVectorsOfBicgstab;  // by unit; right side and diagonal
+  constexpr std::size_t kByUnit =
+      kSpectra * sizeof(Spectrum) + 6 * sizeof(double) + 2 * sizeof(std::uint32_t);
+  return k_.bytes() + units() * kByUnit + unit_of_patch_.size() * sizeof(std::uint32_t) +
+         2 * first_patch_.size() * sizeof(std::uint32_t);
 }
 
 void Equilibrium::forget() {
@@ -227,15 +239,14 @@ void Equilibrium::correct(double change) {
     residual[u] = -beyond_[u];
     for (const CoarseEntry& e : k_[u])
       if (later(e.unit, std::uint32_t(u)))
-        residual[u] += Spectrum{e.share[0], e.share[1], e.share[2]} * change_[e.unit];
+        residual[u] += spectrum_of(e) * change_[e.unit];
   }
-  for (int c = 0; c < kChannels; ++c) solve_channel(c, reach_, residual, pending_);
+  pending_ = solve(reach_, residual);
   for (std::size_t u = 0; u < units(); ++u) pending_[u] *= trust_[u];
 }
 
 void Equilibrium::spread_gains() {
-  std::vector<Spectrum> x(units(), Spectrum{0});
-  for (int c = 0; c < kChannels; ++c) solve_channel(c, kGainsReach, change_, x);
+  const std::vector<Spectrum> x = solve(kGainsReach, change_);
   for (std::size_t u = 0; u < units(); ++u) pending_[u] = x[u] - change_[u];
 }
 
@@ -247,9 +258,9 @@ std::vector<std::byte> Equilibrium::saved() const {
   const Head head{units(), sweeps_, reach_, last_change_};
   out.put(std::span(&head, 1));
   std::vector<std::uint32_t> sizes;
-  for (const auto& row : k_) sizes.push_back(std::uint32_t(row.size()));
+  for (std::size_t u = 0; u < units(); ++u) sizes.push_back(std::uint32_t(k_[u].size()));
   out.put(std::span<const std::uint32_t>(sizes));
-  for (const auto& row : k_) out.put(std::span<const CoarseEntry>(row));
+  for (std::size_t u = 0; u < units(); ++u) out.put(k_[u]);
   for (const auto* light : {&change_, &beyond_, &pending_})
     out.put(std::span<const Spectrum>(*light));
   for (const auto* sums : {&sent_, &missed_, &left_out_, &detail_share_, &trust_})
@@ -264,8 +275,11 @@ Status Equilibrium::restore(std::span<const std::byte> record) {
   std::vector<Head> head;
   std::vector<std::uint32_t> sizes;
   if (!in.get(head, 1) || head[0].units != units() || !in.get(sizes, units())) return broken;
-  for (std::size_t u = 0; u < units(); ++u)
-    if (!in.get(k_[u], sizes[u])) return broken;
+  std::vector<CoarseEntry> row;
+  for (std::size_t u = 0; u < units(); ++u) {
+    if (!in.get(row, sizes[u])) return broken;
+    set_row(std::uint32_t(u), row);
+  }
   for (auto* light : {&change_, &beyond_, &pending_})
     if (!in.get(*light, units())) return broken;
   for (auto* sums : {&sent_, &missed_, &left_out_, &detail_share_, &trust_})

@@ -25,7 +25,6 @@
 // Not thread safe, apart from reading what is pending.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -35,16 +34,11 @@
 #include "engine/face_group.h"
 #include "engine/model.h"
 #include "engine/status.h"
+#include "scheduler/coarse_matrix.h"
 #include "solver/link.h"
 #include "solver/push_pull.h"
 
 namespace atrium {
-
-// What K holds of one receiving unit.
-struct CoarseEntry {
-  std::uint32_t unit = 0;                // the source
-  std::array<float, kChannels> share{};  // of the source's mean E, in the receiver's
-};
 
 // What a gather made of a patch, lm.
 struct PatchGain {
@@ -102,10 +96,12 @@ class Equilibrium {
 
   // Where its links were made anew.
   void set_rows(const CoarseRows& rows);
-  void set_row(std::uint32_t unit, std::vector<CoarseEntry> row) { k_[unit] = std::move(row); }
+  void set_row(std::uint32_t unit, const std::vector<CoarseEntry>& row) { k_.set(unit, row); }
   // A complete gather to a cluster: nothing is pending of it any more.
   void gathered(ClusterId receiver, std::span<const PatchGain> patches);
 
+  // Asks for what links bring: in the first sweeps of a level.
+  bool learns() const;
   void sent(std::span<const UnitDetail> details);
   // The unit that all members of its face groups are in.
   std::uint32_t rest_unit(ClusterId cluster) const { return first_unit_[cluster.value]; }
@@ -121,6 +117,9 @@ class Equilibrium {
   // Links are made anew: what was learnt of the iteration with the old ones does not hold.
   void forget();
 
+  // Memory: what it holds, and what a correction takes beside it.
+  std::size_t bytes() const;
+
   // All of it that is not a function of model and order, for a checkpoint; and back.
   std::vector<std::byte> saved() const;
   // kStore: the record is not of as many units, or shorter or longer than it says.
@@ -133,15 +132,14 @@ class Equilibrium {
   // What v has changed in a sweep, u's gather in it has not seen. Nor, at large, what its own
   // patches have.
   bool later(std::uint32_t v, std::uint32_t u) const;
-  void solve_channel(int channel, double reach, std::span<const Spectrum> residual,
-                     std::span<Spectrum> x) const;
+  std::vector<Spectrum> solve(double reach, std::span<const Spectrum> residual) const;
 
   std::vector<std::uint32_t> unit_of_patch_;      // by PatchId
   std::vector<std::uint32_t> first_patch_;        // by cluster, one more at the end
   std::vector<std::uint32_t> first_unit_;         // by cluster, one more at the end
   std::vector<std::uint32_t> rank_;               // by unit: its cluster's place in the order
   std::vector<double> area_;                      // m², by unit
-  std::vector<std::vector<CoarseEntry>> k_;       // rows by unit, ascending
+  CoarseMatrix k_;                                // rows by unit, ascending
   std::vector<Spectrum> change_;                  // lx, of this sweep, by unit
   std::vector<Spectrum> beyond_;                  // lx, of change_, by unit
   double reach_;                                  // bounces that a correction looks ahead
@@ -152,5 +150,9 @@ class Equilibrium {
   std::vector<double> detail_share_;              // by unit
   std::vector<double> trust_;                     // by unit: share of its correction that is taken
 };
+
+// Memory that it will take, before there are any links: by the pairs of clusters that may see each
+// other.
+std::uint64_t expected_coarse_bytes(const Model& model);
 
 }  // namespace atrium

@@ -41,7 +41,6 @@ const std::vector<Library>& libraries() {
       {"Boost", "boost/", {"pagestore"}},
       {"Clipper", "polyclipping/", {"engine", "visibility"}},
       {"CLI11", "CLI/", {"apps"}},
-      {"Eigen", "Eigen/", {"scheduler"}},
       {"Embree", "embree", {"visibility"}},
       {"GLM", "glm/", {"engine"}},
       {"Google Test", "gtest/", {"test"}},
