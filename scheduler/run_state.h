@@ -57,7 +57,7 @@ struct Sweep {
   void add(const GatherReport& r);
 };
 
-inline constexpr std::uint32_t kRunStateVersion = 12;  // one more with every change of RunState
+inline constexpr std::uint32_t kRunStateVersion = 13;  // one more with every change of RunState
 
 struct RunState {
   std::uint32_t version = kRunStateVersion;

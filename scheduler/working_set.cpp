@@ -60,8 +60,12 @@ std::uint32_t count_rooms_without_rays(const Model& model) {
   return count;
 }
 
-RayWorlds::RayWorlds(const Model& model, ClusterStore& store, RayUse use)
-    : model_(model), store_(store), use_(use), seen_from_room_(seen_from_rooms(model)) {}
+RayWorlds::RayWorlds(const Model& model, ClusterStore& store, RayUse use, std::size_t budget)
+    : model_(model),
+      store_(store),
+      use_(use),
+      budget_(budget),
+      seen_from_room_(seen_from_rooms(model)) {}
 
 Result<const RayWorld*> RayWorlds::of(ClusterId receiver) {
   const std::uint32_t room = model_.clusters[receiver.value].room;
@@ -75,6 +79,7 @@ Result<const RayWorld*> RayWorlds::of(ClusterId receiver) {
       RayWorld::build(store_, seen_from_room_[room], model_.tolerance, use_);
   if (!world.ok()) return world.status();
   kept_.insert(kept_.begin(), {room, std::move(world).value()});
+  while (kept_.size() > 1 && bytes() > budget_) kept_.pop_back();
   return static_cast<const RayWorld*>(kept_[0].world.get());
 }
 

@@ -49,10 +49,12 @@ class RayWorld {
   std::optional<RayScene> rays_;
 };
 
-// The last few rooms' ray worlds.
+// The last few rooms' ray worlds: one, and others as long as all take no more than the budget.
 class RayWorlds {
  public:
-  RayWorlds(const Model& model, ClusterStore& store, RayUse use);
+  // budget: bytes.
+  RayWorlds(const Model& model, ClusterStore& store, RayUse use,
+            std::size_t budget = std::size_t{64} << 20);
   Result<const RayWorld*> of(ClusterId receiver);
   std::size_t bytes() const;
 
@@ -65,6 +67,7 @@ class RayWorlds {
   const Model& model_;
   ClusterStore& store_;
   RayUse use_;
+  std::size_t budget_;
   Rows<ClusterId> seen_from_room_;
   std::vector<Entry> kept_;  // the last used first
 };
