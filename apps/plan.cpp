@@ -20,8 +20,11 @@ void print_plan(const Plan& p) {
             << format_size(p.smallest_memory) << '\n'
             << "arena           " << format_size(p.arena) << ", at least "
             << format_size(p.smallest_arena) << '\n'
-            << "disk            about " << format_size(p.disk) << ", at least "
+            << "disk            about " << format_size(p.estimated.disk_bytes) << ", at least "
             << format_size(p.smallest_disk) << '\n'
+            << "estimated       " << p.estimated.links << " links of " << p.estimated.elements
+            << " elements, " << format_size(p.estimated.memory_bytes) << " of memory, "
+            << format_time(p.estimated.cpu_seconds) << " of CPU\n"
             << "irradiance      about " << p.mean_irradiance_guess << " lx\n"
             << "smallest edge   " << format_length(p.min_edge) << '\n';
   if (p.warm) std::cout << "start           " << in_words(*p.warm, p) << '\n';

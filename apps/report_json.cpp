@@ -74,6 +74,15 @@ Json suite_json(const Validation& v) {
   return report;
 }
 
+// Under the names that the summary has for what happened.
+Json estimate_json(const CostEstimate& e) {
+  return {{"elements", e.elements},
+          {"links", e.links},
+          {"peak_rss_bytes", e.memory_bytes},
+          {"file_bytes", e.disk_bytes},
+          {"cpu_seconds", e.cpu_seconds}};
+}
+
 }  // namespace
 
 std::string generated_json(const std::string& file, std::uint64_t clusters, std::uint64_t patches,
@@ -197,8 +206,9 @@ std::string plan_json(const Plan& plan) {
                    {"arena", plan.arena},
                    {"smallest_memory", plan.smallest_memory},
                    {"smallest_arena", plan.smallest_arena},
-                   {"disk", plan.disk},
+                   {"disk", plan.estimated.disk_bytes},
                    {"smallest_disk", plan.smallest_disk},
+                   {"estimated", estimate_json(plan.estimated)},
                    {"mean_irradiance_guess", plan.mean_irradiance_guess},
                    {"min_edge", plan.min_edge},
                    {"warm", warm_json(plan.warm)},

@@ -32,6 +32,12 @@ std::uint64_t regular_granules(std::size_t segment) {
 
 }  // namespace
 
+std::uint64_t PageFile::file_bytes_for(std::uint64_t bytes) {
+  std::uint64_t granules = 0;
+  for (std::size_t i = 0; granules * kGranule < bytes; ++i) granules += regular_granules(i);
+  return granules * kGranule;
+}
+
 std::string PageFile::segment_path(std::size_t segment) const {
   char name[32];
   std::snprintf(name, sizeof name, "/pages.%04zu", segment);

@@ -64,6 +64,8 @@ class PageFile {
   Status sync();  // everything written so far is durable on return
 
   std::uint64_t file_bytes() const;
+  // Of the files that so many bytes of extents end up in.
+  static std::uint64_t file_bytes_for(std::uint64_t bytes);
   std::uint64_t free_granules() const { return holes_.free_granules(); }
 
   // For errors: the file an address lies in, and "byte n".

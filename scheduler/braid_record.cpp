@@ -22,7 +22,8 @@ bool get_braid(RecordIn& in, const Head& head, Braid& b) {
 }  // namespace
 
 std::uint64_t bytes_of(std::span<const Braid> braids) {
-  std::uint64_t bytes = 0;
+  constexpr std::uint64_t kArrays = 5, kHeapsOwn = 24;  // bytes of the heap's about each
+  std::uint64_t bytes = braids.size() * kArrays * kHeapsOwn;
   for (const Braid& b : braids) bytes += b.bytes();
   return bytes;
 }

@@ -145,6 +145,27 @@ void Equilibrium::judge_correction(std::size_t u, const Spectrum& change) {
   trust_[u] = std::clamp(trust, kLeastTrust, 1.0);
 }
 
+bool Equilibrium::learns() const { return sweeps_ < kLearning; }
+
+std::size_t Equilibrium::bytes() const {
+  // Of each unit: its row's head, light of seven kinds, five sums, rank and size of the row; and a
+  // dozen vectors of one channel while that is solved for, with a copy of its matrix.
+  constexpr std::size_t kSpectra = 7, kSums = 5, kVectors = 12;
+  constexpr std::size_t kByUnit = sizeof(std::vector<CoarseEntry>) + kSpectra * sizeof(Spectrum) +
+                                  (kSums + kVectors) * sizeof(double) + 3 * sizeof(std::uint32_t);
+  constexpr std::size_t kByEntry = sizeof(CoarseEntry) + sizeof(double) + sizeof(int);
+  return entries_ * kByEntry + units() * kByUnit + unit_of_patch_.size() * sizeof(std::uint32_t) +
+         2 * first_patch_.size() * sizeof(std::uint32_t);
+}
+
+std::uint64_t expected_coarse_bytes(const Model& model) {
+  constexpr std::uint64_t kEntriesOfPair = 5;  // 4.5 on gen floor, most units being turned away
+  std::vector<ClusterId> order;
+  for (std::size_t c = 0; c < model.clusters.size(); ++c) order.push_back(ClusterId(c));
+  return Equilibrium(model, order).bytes() +
+         kEntriesOfPair * model.visible.items.size() * sizeof(CoarseEntry);
+}
+
 void Equilibrium::sent(std::span<const UnitDetail> details) {
   for (const UnitDetail& d : details) {
     missed_[d.unit] += d.missed;
@@ -274,16 +295,17 @@ void Equilibrium::take_over(const CoarseFactors& before, std::span<const UnitEdi
   for (std::size_t u = 0; u < units(); ++u) {
     if (edits[u].before == UnitEdit::kNew) continue;
     detail_share_[u] = before.detail_shares[edits[u].before];
+    std::vector<CoarseEntry> row;
     for (const CoarseFactors::Entry& e : before.rows[edits[u].before]) {
       const std::uint32_t unit = now[e.unit];
       if (unit == UnitEdit::kNew) continue;
       const UnitEdit& source = edits[unit];
       const Spectrum share = double(e.form_factor) * source.reflectance;
-      k_[u].push_back(
-          {unit, {float(share[0]), float(share[1]), float(share[2])}, e.form_factor});
+      row.push_back({unit, {float(share[0]), float(share[1]), float(share[2])}, e.form_factor});
       residual[u] += double(e.form_factor) * source.change;
     }
-    std::ranges::sort(k_[u], {}, &CoarseEntry::unit);
+    std::ranges::sort(row, {}, &CoarseEntry::unit);
+    set_row(std::uint32_t(u), std::move(row));
   }
   sweeps_ = kLearning;  // shares of detail are of all that sees a unit, and not learnt from a part
   reached_.assign(reached_.size(), Reached::kNot);
@@ -344,8 +366,11 @@ Status Equilibrium::restore(std::span<const std::byte> record) {
   std::vector<Head> head;
   std::vector<std::uint32_t> sizes;
   if (!in.get(head, 1) || head[0].units != units() || !in.get(sizes, units())) return broken;
-  for (std::size_t u = 0; u < units(); ++u)
-    if (!in.get(k_[u], sizes[u])) return broken;
+  for (std::size_t u = 0; u < units(); ++u) {
+    std::vector<CoarseEntry> row;
+    if (!in.get(row, sizes[u])) return broken;
+    set_row(std::uint32_t(u), std::move(row));
+  }
   for (auto* light : {&change_, &beyond_, &pending_, &owed_, &came_})
     if (!in.get(*light, units())) return broken;
   for (auto* sums : {&sent_, &missed_, &left_out_, &detail_share_, &trust_})

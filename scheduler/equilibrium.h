@@ -138,7 +138,10 @@ class Equilibrium {
 
   // Where its links were made anew.
   void set_rows(const CoarseRows& rows);
-  void set_row(std::uint32_t unit, std::vector<CoarseEntry> row) { k_[unit] = std::move(row); }
+  void set_row(std::uint32_t unit, std::vector<CoarseEntry> row) {
+    entries_ += row.size() - k_[unit].size();
+    k_[unit] = std::move(row);
+  }
 
   CoarseFactors factors() const;
   // Takes over what another solve has left of the same units, and spreads what the edit changes of
@@ -161,6 +164,10 @@ class Equilibrium {
   void gathered(ClusterId receiver, std::span<const PatchGain> patches);
 
   void sent(std::span<const UnitDetail> details);
+  // Asks for what links bring: in the first sweeps of a level.
+  bool learns() const;
+  // Memory: what it holds, and what a correction takes beside it.
+  std::size_t bytes() const;
   // The unit that all members of its face groups are in.
   std::uint32_t rest_unit(ClusterId cluster) const { return first_unit_[cluster.value]; }
   // By local patch, of this level: the share of its detail that coarse links bring.
@@ -201,6 +208,7 @@ class Equilibrium {
   std::vector<std::uint32_t> rank_;               // by unit: its cluster's place in the order
   std::vector<double> area_;                      // m², by unit
   std::vector<std::vector<CoarseEntry>> k_;       // rows by unit, ascending
+  std::size_t entries_ = 0;                       // of all rows
   std::vector<Spectrum> change_;                  // lx, of this sweep, by unit
   std::vector<Spectrum> beyond_;                  // lx, of change_, by unit
   double reach_;                                  // bounces that a correction looks ahead
@@ -214,5 +222,9 @@ class Equilibrium {
   // lx, by unit that is not gathered to: come by K and not in pending_ yet; all that ever was.
   std::vector<Spectrum> owed_, came_;
 };
+
+// Memory that it will take, before there are any links: by the pairs of clusters that may see each
+// other.
+std::uint64_t expected_coarse_bytes(const Model& model);
 
 }  // namespace atrium

@@ -22,16 +22,16 @@ struct Receiver {
   std::vector<GatherSlots> slots;    // of the patches, then of the groups; so all that follow
   std::vector<RowMean> means;
   std::vector<RefineCounters> refined;
-  std::vector<std::vector<SentDetail>> details;  // of the braid at hand
+  std::vector<std::vector<SentDetail>> details;  // of the braid at hand; empty: nobody asks
 
-  explicit Receiver(const ClusterView& view)
+  Receiver(const ClusterView& view, bool asks_for_details)
       : trees(read_record(view)),
         groups(read_groups(view)),
         as_elements(groups.groups.size()),
         slots(trees.size() + groups.groups.size()),
         means(slots.size()),
         refined(slots.size()),
-        details(slots.size()) {
+        details(asks_for_details ? slots.size() : 0) {
     for (std::size_t p = 0; p < trees.size(); ++p)
       slots[p].reset(trees[p].elements.size(), trees[p].view().k());
     for (std::size_t g = 0; g < as_elements.size(); ++g) {
@@ -155,13 +155,15 @@ Braid make_braid(const GatherTask& task, const Surroundings& around, ClusterId s
 void gather_strand(const GatherTask& task, const SourceLight& source, const Braid& braid,
                    const Braid::Strand& s, Receiver& receiver) {
   gather(braid, s, source, receiver.trees[0].order, receiver.elements_of(s.patch), task.lamp_cap,
-         receiver.slots[s.patch], receiver.means[s.patch], receiver.details[s.patch]);
+         receiver.slots[s.patch], receiver.means[s.patch],
+         receiver.details.empty() ? nullptr : &receiver.details[s.patch]);
 }
 
 // What a braid has brought of its source, by its units. Of faces that groups stand for as well,
 // what links bring is not all.
 void note_sent(const Equilibrium& equilibrium, const SourceLight& light, const Braid& braid,
                Receiver& receiver, std::vector<UnitDetail>& sent) {
+  if (receiver.details.empty()) return;
   const std::span<const std::uint32_t> units = equilibrium.units_of(braid.source);
   for (const Braid::Strand& s : braid.strands) {
     std::vector<SentDetail>& details = receiver.details[s.patch];
@@ -170,7 +172,7 @@ void note_sent(const Equilibrium& equilibrium, const SourceLight& light, const B
       const std::uint32_t unit = units[d.source_patch];
       if (light.grouped() && unit == equilibrium.rest_unit(braid.source)) continue;
       if (sent.empty() || sent.back().unit != unit) sent.push_back({unit});
-      const double mean = luminance(light.radiosity(d.source_patch, 0)[0]);
+      const double mean = luminance(light.of(d.source_patch).mean_radiosity(0));
       sent.back().sent += d.sent;
       sent.back().missed += mean * d.factors - d.sent;
       sent.back().left_out += d.left_out;
@@ -179,17 +181,23 @@ void note_sent(const Equilibrium& equilibrium, const SourceLight& light, const B
   }
 }
 
+// Does what is independent one after the other where it is too little to be worth sharing: waking
+// the other threads takes longer than a hundred links.
+template <class Do>
+void each_of(std::size_t count, bool worth_sharing, const Do& one) {
+  if (worth_sharing)
+    tbb::parallel_for(std::size_t(0), count, one);
+  else
+    for (std::size_t i = 0; i < count; ++i) one(i);
+}
+
 // 3(e) Gather( each patch of R ) across the braid with one source.
 void transfer(const GatherTask& task, const SourceLight& source, const Braid& braid,
               Receiver& receiver) {
   constexpr std::size_t kWorthSharing = 512;  // links
-  const auto strand = [&](std::size_t i) {
+  each_of(braid.strands.size(), braid.count() >= kWorthSharing, [&](std::size_t i) {
     gather_strand(task, source, braid, braid.strands[i], receiver);
-  };
-  if (braid.count() < kWorthSharing)
-    for (std::size_t i = 0; i < braid.strands.size(); ++i) strand(i);
-  else
-    tbb::parallel_for(std::size_t(0), braid.strands.size(), strand);
+  });
 }
 
 // A row sums to what does not leave the scene. Where nothing does that holds for every leaf; where
@@ -248,8 +256,9 @@ std::vector<PushPullSums> gather_within(const GatherTask& task, const ClusterVie
   }
   push_groups(receiver.groups.view(), receiver.trees, receiver.slots, receiver.means);
 
+  constexpr std::size_t kWorthSharing = 1024;  // elements
   std::vector<PushPullSums> sums(patches);
-  tbb::parallel_for(std::size_t(0), patches, [&](std::size_t p) {
+  each_of(patches, receiver.elements() >= kWorthSharing, [&](std::size_t p) {
     if (!strand_of[p]) sums[p] = push_pull_patch(task, receiver, p);
   });
   for (const std::uint32_t p : task.equilibrium->by_unit(task.receiver)) {
@@ -289,7 +298,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   if (!before.ok()) return before.status();
 
   // 2. Install R into working set.
-  Receiver receiver(*before);
+  Receiver receiver(*before, task.equilibrium->learns());
   Surroundings around;
   std::size_t blocker_bytes = 0;
   if (task.linking != Linking::kUseKept) {
@@ -315,6 +324,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   if (task.linking != Linking::kUseKept) rows.emplace(*task.equilibrium, task.receiver);
   std::uint64_t largest_source = 0;
   std::vector<UnitDetail> sent;
+  const double start = now(), io_before = store.counters().io_seconds;
   for (std::size_t i = 0; i < sources.size(); ++i) {
     const ClusterId s = sources[i];
     // (a), (b) Read S and install it: its record is used in place.
@@ -327,7 +337,6 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     const Result<ClusterView> source =
         s == task.receiver ? before : ClusterView::parse(pin.bytes());
     if (!source.ok()) return source.status();
-    const double start = now();
     // (c), (d) Tubes and links.
     Braid& braid = (*kept)[i];
     const std::vector<Spectrum> pending = task.equilibrium->pending(s);
@@ -343,7 +352,6 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
       note_sent(*task.equilibrium, light, braid, receiver, sent);
     }
     if (rows) rows->add(braid, *source, receiver.trees, receiver.groups.view());
-    report.solver_seconds += now() - start;
     report.links += braid.count();
     report.link_bytes += braid.bytes();
     report.source_elements += source->head().elements;
@@ -352,12 +360,11 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     if (task.linking == Linking::kMakeAndDiscard && s != task.receiver) braid = {};
   }
 
-  const double start = now();
   const std::vector<PushPullSums> sums = gather_within(task, *before, own, receiver, sent);
   pull_groups(receiver.trees, receiver.groups);
   for (const PushPullSums& s : sums) report.sums.add(s);
   for (const RefineCounters& c : receiver.refined) report.refined.add(c);
-  report.solver_seconds += now() - start;
+  report.solver_seconds = now() - start - (store.counters().io_seconds - io_before);
 
   // What may fail comes before R changes: a gather is done wholly or not at all.
   if (task.linking == Linking::kMakeAndKeep)

@@ -1,5 +1,6 @@
 #include "scheduler/history.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -59,6 +60,30 @@ void put_estimate(const ErrorEstimate& e, Json& j) {
   j["error_estimate_low"] = e.low;
   j["error_estimate_high"] = e.high;
   j["energy_closure"] = e.closure - 1;
+}
+
+// What became of links between iterations.
+Json links_json(const SolveSummary& s) {
+  const auto part = [](std::uint64_t clusters, std::uint64_t bytes) {
+    return Json{{"clusters", clusters}, {"bytes", bytes}};
+  };
+  const LinksKept& k = s.links_kept;
+  Json j;
+  j["in_memory"] = part(k.in_memory, k.in_memory_bytes);
+  j["streamed"] = part(k.streamed, k.streamed_bytes);
+  j["made_again"] = s.clusters - std::min(s.clusters, k.in_memory + k.streamed);
+  return j;
+}
+
+// What the plan thought it would take; what it took is beside it under the same names.
+Json estimate_json(const CostEstimate& e) {
+  Json j;
+  j["elements"] = e.elements;
+  j["links"] = e.links;
+  j["peak_rss_bytes"] = e.memory_bytes;
+  j["file_bytes"] = e.disk_bytes;
+  j["cpu_seconds"] = e.cpu_seconds;
+  return j;
 }
 
 }  // namespace
@@ -146,7 +171,11 @@ std::string summary_json(const SolveSummary& s) {
   j["streamed_bytes_written"] = s.streamed_bytes_written;
   j["live_bytes"] = s.live_bytes;
   j["allocated_bytes"] = s.allocated_bytes;
+  j["links_kept"] = links_json(s);
   j["peak_rss_bytes"] = s.peak_rss_bytes;
+  j["file_bytes"] = s.file_bytes;
+  j["cpu_seconds"] = s.cpu_seconds;
+  j["estimated"] = estimate_json(s.estimated);
   j["version"] = program_version();
   return j.dump(1) + "\n";
 }

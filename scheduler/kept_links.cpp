@@ -12,10 +12,13 @@ RecordId braids_of(ClusterId receiver) { return record_id(RecordKind::kBraids, r
 
 }  // namespace
 
-KeptLinks::KeptLinks(ClusterStore& store, std::size_t clusters, std::uint64_t budget)
-    : store_(store), budget_(budget), kept_(clusters) {
-  for (std::size_t c = 0; c < clusters; ++c)
-    kept_[c].on_disk = store.contains(braids_of(ClusterId(c)));
+KeptLinks::KeptLinks(ClusterStore& store, std::size_t clusters)
+    : store_(store), kept_(clusters) {
+  for (std::size_t c = 0; c < clusters; ++c) {
+    const RecordId record = braids_of(ClusterId(c));
+    kept_[c].on_disk = store.contains(record);
+    if (kept_[c].on_disk) kept_[c].bytes = store.size(record);  // about, until it is read
+  }
 }
 
 Result<std::vector<Braid>*> KeptLinks::of(ClusterId receiver) {
@@ -25,7 +28,7 @@ Result<std::vector<Braid>*> KeptLinks::of(ClusterId receiver) {
   if (!record.ok()) return record.status();
   Result<std::vector<Braid>> braids = read_braids(*record);
   if (!braids.ok()) return braids.status();
-  const std::uint64_t bytes = bytes_of(*braids);
+  const std::uint64_t bytes = kept.bytes = bytes_of(*braids);
   std::vector<Braid>& place = bytes_ + bytes <= budget_ ? kept.braids : streamed_;
   place = std::move(*braids);
   if (&place == &streamed_) return &streamed_;
@@ -37,7 +40,7 @@ Result<std::vector<Braid>*> KeptLinks::of(ClusterId receiver) {
 Status KeptLinks::keep(ClusterId receiver, std::vector<Braid> braids) {
   Kept& kept = kept_[receiver.value];
   kept.on_disk = false;
-  const std::uint64_t bytes = bytes_of(braids);
+  const std::uint64_t bytes = kept.bytes = bytes_of(braids);
   if (bytes_ + bytes > budget_) return write(receiver, braids);
   kept.braids = std::move(braids);
   kept.in_memory = true;
@@ -49,6 +52,30 @@ Status KeptLinks::write(ClusterId receiver, std::span<const Braid> braids) {
   ATRIUM_RETURN_IF_ERROR(store_.stream_out(braids_of(receiver), write_braids(braids)));
   kept_[receiver.value].on_disk = true;
   return {};
+}
+
+Status KeptLinks::fit(std::uint64_t budget, std::span<const ClusterId> order) {
+  budget_ = budget;
+  for (std::size_t i = order.size(); i-- > 0 && bytes_ > budget_;) {
+    Kept& kept = kept_[order[i].value];
+    if (!kept.in_memory) continue;
+    if (!kept.on_disk) ATRIUM_RETURN_IF_ERROR(write(order[i], kept.braids));
+    kept.braids = {};
+    kept.in_memory = false;
+    bytes_ -= kept.bytes;
+  }
+  return {};
+}
+
+LinksKept KeptLinks::kept() const {
+  LinksKept sum;
+  for (const Kept& k : kept_) {
+    sum.in_memory += k.in_memory;
+    sum.in_memory_bytes += k.in_memory ? k.bytes : 0;
+    sum.streamed += !k.in_memory && k.on_disk;
+    sum.streamed_bytes += !k.in_memory && k.on_disk ? k.bytes : 0;
+  }
+  return sum;
 }
 
 Status KeptLinks::save() {

@@ -1,6 +1,8 @@
 // KeptLinks: the braids of a level of the iteration, by receiver, made in its first sweep and used
 // in all others. As many as fit the budget stay in memory; the others are streamed from the page
-// store whenever their receiver comes round. The paper discards links and makes them again [THFH94
+// store whenever their receiver comes round. None is made again before the next level: that would
+// cost a hundred times what reading it does, and what is made later, of other light, is not the
+// same. The paper discards links and makes them again [THFH94
 // §5.1 3(f)]: memory was 256 MB, and a disk is now faster than refining is.
 //
 // Invariants:
@@ -20,10 +22,19 @@
 
 namespace atrium {
 
+// What became of the braids of a level.
+struct LinksKept {
+  std::uint64_t in_memory = 0, in_memory_bytes = 0;  // clusters, and what their braids take
+  std::uint64_t streamed = 0, streamed_bytes = 0;    // from disk, each time their receiver comes
+};
+
 class KeptLinks {
  public:
-  // budget: bytes of memory.
-  KeptLinks(ClusterStore& store, std::size_t clusters, std::uint64_t budget);
+  KeptLinks(ClusterStore& store, std::size_t clusters);
+
+  // Bytes of memory from now on. Where braids take more, the last receivers' go to disk: their
+  // turn is farthest away.
+  Status fit(std::uint64_t budget, std::span<const ClusterId> order);
 
   bool has(ClusterId receiver) const {
     return kept_[receiver.value].in_memory || kept_[receiver.value].on_disk;
@@ -36,16 +47,18 @@ class KeptLinks {
   void forget_all();                // a new level: its links are made anew
 
   std::uint64_t bytes() const { return bytes_; }  // in memory
+  LinksKept kept() const;
 
  private:
   struct Kept {
     std::vector<Braid> braids;
+    std::uint64_t bytes = 0;  // of memory, wherever they are
     bool in_memory = false, on_disk = false;
   };
   Status write(ClusterId receiver, std::span<const Braid> braids);
 
   ClusterStore& store_;
-  std::uint64_t budget_, bytes_ = 0;
+  std::uint64_t budget_ = 0, bytes_ = 0;
   std::vector<Kept> kept_;
   std::vector<Braid> streamed_;  // those of the last receiver that was not in memory
 };

@@ -5,6 +5,10 @@
 
 #include "engine/cluster_record.h"
 #include "engine/quantity.h"
+#include "pagestore/page_file.h"
+#include "scheduler/equilibrium.h"
+#include "scheduler/levels.h"
+#include "scheduler/memory.h"
 #include "scheduler/order.h"
 #include "scheduler/run_model.h"
 #include "scheduler/warm_start.h"
@@ -93,37 +97,100 @@ void plan_groups(const SolveOptions& options, const Prepared& p, Plan& plan) {
 // would do.
 constexpr std::size_t kGrowth = 3;
 
-void plan_memory(const SolveOptions& options, const Model& model, Plan& plan) {
-  std::size_t largest = kRunModelPiece;
-  for (const Cluster& c : model.clusters)
-    largest = std::max(largest, first_record_bytes(model, c, options.basis, plan.dense) * kGrowth);
-  std::size_t in_core = model.vertices.size() * sizeof(Vec3) +
-                        model.patches.size() * sizeof(Patch) +
-                        model.visible.items.size() * sizeof(ClusterId) +
-                        model.contacts.items.size() * sizeof(Contact);
-  // The receiver and one source.
-  plan.smallest_arena = 2 * ClusterStore::arena_cost(largest);
-  plan.smallest_memory = 4 * plan.smallest_arena + 4 * in_core;
-  plan.memory = options.memory;
-  plan.arena = options.arena ? options.arena
-                             : std::max<std::uint64_t>(options.memory / 4, plan.smallest_arena);
+// Memory of what stays in the store's directory, and of the ray world of the room that sees most: a
+// record's row and its copy at a checkpoint; a polygon's outline, its place in the index, and
+// Embree's triangles and tree. Both measured, rounded up.
+constexpr std::uint64_t kDirectoryOfRecord = 512, kRayWorldOfPolygon = 1536;
+// For the grid and the rows of fresh gathers, of a patch.
+constexpr std::uint64_t kFreshOfPatch = 64;
+
+std::uint64_t largest_ray_world(const Model& model) {
+  const Rows<ClusterId> seen = seen_from_rooms(model);
+  std::uint64_t most = 0;
+  for (std::size_t room = 0; room < seen.size(); ++room) {
+    std::uint64_t polygons = 0;
+    for (const ClusterId c : seen[room]) polygons += model.clusters[c.value].patch_count;
+    most = std::max(most, polygons * kRayWorldOfPolygon);
+  }
+  return most;
 }
 
-// A solution is on disk as the last root has it and as the next one will. What an element tree
-// grows to goes with one over the error: measured at most .2 ÷ error times its first form.
-void plan_disk(const SolveOptions& options, const Model& model, Plan& plan) {
-  constexpr double kGrowthByError = 0.2;
-  constexpr double kCopies = 2;
+// What must be there beside arena and links, at its largest.
+std::uint64_t beside_arena(const Prepared& p) {
+  const std::uint64_t records = 2 * p.model.clusters.size();  // solution, braids
+  return p.bytes + records * kDirectoryOfRecord + largest_ray_world(p.model) +
+         expected_coarse_bytes(p.model);
+}
+
+void plan_memory(const SolveOptions& options, const Prepared& p, Plan& plan) {
+  std::size_t largest = kRunModelPiece;
+  for (const Cluster& c : p.model.clusters)
+    largest =
+        std::max(largest, first_record_bytes(p.model, c, options.basis, plan.dense) * kGrowth);
+  // The receiver and one source.
+  plan.smallest_arena = 2 * ClusterStore::arena_cost(largest);
+  const std::uint64_t beside = beside_arena(p);
+  plan.smallest_memory =
+      beside + ClusterStore::arena_memory(std::max(options.arena, plan.smallest_arena));
+  plan.memory = options.memory;
+  // A quarter, or what is beside it leaves of a small budget, holes and read ahead included.
+  const std::uint64_t left = options.memory - std::min(options.memory, beside);
+  const std::uint64_t share = std::min(options.memory / 4, left / 3 * 2);
+  plan.arena = options.arena ? options.arena : std::max(share, plan.smallest_arena);
+}
+
+// Elements and links of the last level go by the patches that are not grouped, those of groups
+// being a few, and with about one over the error: from cornell, rooms, office and floor at 10 and
+// 2%, which the rates meet within a factor of two and a half. So does the time: what is made
+// in all levels, with its rays, and gathered across a dozen times; and the rays of estimates.
+CostEstimate estimate_cost(const SolveOptions& options, const Prepared& p, const Plan& plan) {
+  constexpr double kAt = 0.1;  // the error that the rates are of
+  constexpr double kElementsOfPatch = 12, kLinksOfPatch = 50, kByError = 0.95;
+  constexpr double kGrouped = 0.1;  // of a patch, what one in a dense cluster counts for
+  constexpr double kLevelsMade = 1.6, kGathers = 12;  // of the last level's links
+  constexpr double kMade = 40e-6, kAcross = 0.3e-6, kRay = 1e-6;  // s
+  constexpr double kBytesOfElement = 260, kBytesOfLink = 63;
+  constexpr double kCopies = 2;  // of records: as the last root has them and as the next one will
+  constexpr double kCode = 20 << 20;  // bytes: code and libraries
+  double patches = 0;
+  for (const Cluster& c : p.model.clusters) {
+    const double small = double(small_patches(p, c));
+    double lit = 0;
+    for (std::uint32_t i = 0; i < c.patch_count; ++i)
+      lit += !p.model.patches[c.first_patch + i].inert;
+    patches += small >= double(plan.dense) ? lit - small * (1 - kGrouped) : lit;
+  }
+  const double finer = std::pow(kAt / options.error, kByError);
+  const double elements = kElementsOfPatch * patches * finer;
+  const double links = kLinksOfPatch * patches * finer;
+  double rays = 0;
+  for (const EstimateSettings& look : kLooks) {
+    rays += double(look.points) * look.directions;
+    if (links < double(kFewLinks)) break;  // the first look mostly does
+  }
+  CostEstimate e;
+  e.elements = std::uint64_t(elements);
+  e.links = std::uint64_t(links);
+  e.cpu_seconds = links * (kLevelsMade * kMade + kGathers * kAcross) + rays * kRay;
+  const double records = elements * kBytesOfElement + double(plan.smallest_disk);
+  const double others = double(beside_arena(p));
+  const double in_arena = std::min(records, double(ClusterStore::arena_memory(plan.arena)));
+  e.memory_bytes = std::uint64_t(
+      kCode + std::min(double(options.memory), others + in_arena + links * kBytesOfLink));
+  e.disk_bytes = PageFile::file_bytes_for(std::uint64_t(kCopies * records + links * kBytesOfLink));
+  return e;
+}
+
+// The first records, before any element is split.
+std::uint64_t first_records_bytes(const SolveOptions& options, const Model& model,
+                                  const Plan& plan) {
   std::uint64_t first = model.vertices.size() * sizeof(Vec3) +
                         model.patches.size() * sizeof(Patch) +
                         model.visible.items.size() * sizeof(ClusterId);
   for (const Cluster& c : model.clusters)
     first += ClusterStore::arena_cost(first_record_bytes(model, c, options.basis, plan.dense)) +
              kGranule;
-  plan.smallest_disk = first;
-  plan.disk = static_cast<std::uint64_t>(
-      static_cast<double>(plan.smallest_disk) +
-      static_cast<double>(first) * kCopies * kGrowthByError / options.error);
+  return first;
 }
 
 void plan_left_out(const SolveOptions& options, const Prepared& p, Plan& plan) {
@@ -225,8 +292,10 @@ Result<Prepared> prepare(const SolveOptions& options) {
   plan.min_edge =
       options.min_edge > 0 ? options.min_edge : kSmallestEdge * std::sqrt(p.light.reference_area);
   plan_groups(options, p, plan);
-  plan_memory(options, p.model, plan);
-  plan_disk(options, p.model, plan);
+  p.bytes = bytes_of(p.scene) + bytes_of(p.model) + plan.patches * kFreshOfPatch;
+  plan_memory(options, p, plan);
+  plan.smallest_disk = first_records_bytes(options, p.model, plan);
+  plan.estimated = estimate_cost(options, p, plan);
   plan_left_out(options, p, plan);
   for (const Warning& w : p.scene.warnings)
     plan.warnings.push_back(w.what + " (" + std::to_string(w.count) + ")");

@@ -24,6 +24,7 @@ struct Prepared {
   Model model;
   LightScale light;
   Plan plan;
+  std::uint64_t bytes = 0;  // of memory, what stays as it is through the solve
 };
 
 // Import, partition and plan. Errors: kUsage, kScene.

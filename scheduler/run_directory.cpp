@@ -90,9 +90,9 @@ Status RunDirectory::see_to_disk(const Plan& plan) const {
         Code::kStore, options_.run_directory, "",
         there + ", and the solve cannot begin with less than " + std::to_string(plan.smallest_disk),
         "make room on that disk, or solve into a directory on another");
-  if (*free < plan.disk)
+  if (*free < plan.estimated.disk_bytes)
     say("warning: " + options_.run_directory + ": " + there +
-        ", and the solution is estimated at " + std::to_string(plan.disk) +
+        ", and the solution is estimated at " + std::to_string(plan.estimated.disk_bytes) +
         "; if the disk fills up, make room and resume");
   return {};
 }

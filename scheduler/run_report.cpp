@@ -89,6 +89,7 @@ void RunReport::begin(const Prepared& prepared) {
   summary_.cells = prepared.model.cells.size();
   summary_.portals = prepared.model.portals.size();
   summary_.left_out = prepared.plan.left_out;
+  summary_.estimated = prepared.plan.estimated;
   summary_.threads = static_cast<int>(
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
 }
@@ -164,6 +165,15 @@ Status RunReport::show(const Cursor& cursor, const Sweep& sweep, bool at_once) {
   return {};
 }
 
+// When all links of a level have been made.
+Status RunReport::log_links(const LinksKept& kept) {
+  summary_.links_kept = kept;
+  return log("links of " + std::to_string(kept.in_memory) + " clusters kept in memory (" +
+             std::to_string(kept.in_memory_bytes) + " bytes), of " +
+             std::to_string(kept.streamed) + " on disk (" + std::to_string(kept.streamed_bytes) +
+             ")");
+}
+
 bool RunReport::line_due() const { return now() - last_line_at_ > kHistoryInterval; }
 
 HistoryLine RunReport::line(const Cursor& cursor, const Sweep& sweep, bool complete) const {
@@ -215,6 +225,8 @@ Status RunReport::write_summary() {
   summary_.store_bytes = directory_.store().live_bytes(RecordKind::kCluster);
   summary_.allocated_bytes = directory_.store().allocated_bytes();
   summary_.live_bytes = directory_.store().live_bytes();
+  summary_.file_bytes = directory_.store().file_bytes();
+  summary_.cpu_seconds = cpu_seconds();
   summary_.total_seconds = seconds();
   summary_.peak_rss_bytes = std::max(summary_.peak_rss_bytes, peak_rss());
   if (summary_.evictions == 0)

@@ -33,6 +33,7 @@ class RunReport {
   void say(const std::string& text) const;  // to the caller
   Status log(const std::string& text);      // and to the run's log
   Status log_gaps(const std::vector<NamedGap>& gaps);
+  Status log_links(const LinksKept& kept);
 
   // What is to be solved, once it is known.
   void begin(const Prepared& prepared);

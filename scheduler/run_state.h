@@ -73,7 +73,7 @@ struct Sweep {
   void add(const GatherReport& r, std::uint64_t clusters);
 };
 
-inline constexpr std::uint32_t kRunStateVersion = 14;  // one more with every change of RunState
+inline constexpr std::uint32_t kRunStateVersion = 15;  // one more with every change of RunState
 
 // The coarse system while a run goes on, and what is left of it when that has ended.
 inline constexpr RecordId kEquilibriumRecord = record_id(RecordKind::kEquilibrium, 0);

@@ -16,6 +16,7 @@
 #include "scheduler/gather_cluster.h"
 #include "scheduler/levels.h"
 #include "scheduler/local_pass.h"
+#include "scheduler/memory.h"
 #include "scheduler/order.h"
 #include "scheduler/plan.h"
 #include "scheduler/reference_points.h"
@@ -78,6 +79,7 @@ class Scheduler {
   void foresee_more();
   void forget_foreseen();
   bool limits_reached();
+  Status fit_links(std::uint64_t beside = 0);
   double light_with_pending() const;
   double residual() const;
   SweepOutcome outcome(bool reaches_further) const;
@@ -177,7 +179,11 @@ Status Scheduler::begin_from_another() {
 }
 
 Status Scheduler::save_iteration() {
-  if (links_) ATRIUM_RETURN_IF_ERROR(links_->save());
+  if (links_) {
+    ATRIUM_RETURN_IF_ERROR(links_->save());
+    constexpr std::uint64_t kImages = 2;  // of the coarse system: as bytes, and as a record
+    ATRIUM_RETURN_IF_ERROR(fit_links(kImages * equilibrium_->bytes()));
+  }
   return directory_.store().stream_out(kEquilibriumRecord, equilibrium_->saved());
 }
 
@@ -287,6 +293,19 @@ void Scheduler::forget_foreseen() {
   foreseen_ahead_ = 0;
 }
 
+// Links have what all else leaves of the memory, now: the coarse system and the ray worlds grow and
+// go while they are made. beside: bytes that are about to be taken.
+Status Scheduler::fit_links(std::uint64_t beside) {
+  const ClusterStore& store = directory_.store();
+  // The receiver's braids, as they are made and as they are kept.
+  const std::uint64_t gather =
+      2 * std::max(sweep_.working_set_bytes, summary().max_working_set_bytes);
+  const std::uint64_t others = prepared_->bytes + ClusterStore::arena_memory(store.arena_bytes()) +
+                               store.directory_bytes() + worlds_->bytes() + equilibrium_->bytes() +
+                               gather + beside;
+  return links_->fit(options_.memory - std::min(options_.memory, others), order_);
+}
+
 // By links, or what a local pass does instead.
 Result<GatherReport> Scheduler::gather_to(ClusterId receiver) {
   const Model& model = prepared_->model;
@@ -354,6 +373,7 @@ Status Scheduler::sweep() {
     if (limits_reached()) return record_history(cursor_.level, false);
     if (by_links) foresee_more();
     if (sweep_.gathered == 0) directory_.mark_iteration(cursor_.iteration + 1);
+    ATRIUM_RETURN_IF_ERROR(fit_links());
     const ClusterId receiver = reached_[sweep_.gathered];
     directory_.mark_gather(record_id(RecordKind::kCluster, receiver.value));
     const Result<GatherReport> report = gather_to(receiver);
@@ -364,6 +384,9 @@ Status Scheduler::sweep() {
     if (report_.line_due()) ATRIUM_RETURN_IF_ERROR(record_history(cursor_.level, false));
   }
   directory_.mark_iteration(kBetweenIterations);
+  give_back_free_memory();
+  std::optional<LinksKept> kept;
+  if (by_links && cursor_.sweep == 0 && options_.links != "discard") kept = links_->kept();
   // The iteration is over and its consequences drawn before anything can fail again.
   const std::uint32_t level = cursor_.level;
   if (cursor_.phase != Phase::kMend) summary().iterations = ++cursor_.iteration;
@@ -374,6 +397,7 @@ Status Scheduler::sweep() {
     cursor_.phase = Phase::kMeasure;
     cursor_.to_mend = 0;
   }
+  if (kept) ATRIUM_RETURN_IF_ERROR(report_.log_links(*kept));
   return cursor_.phase == Phase::kJudge ? Status() : record_history(level, true);
 }
 
@@ -486,6 +510,7 @@ Status Scheduler::prepare_all() {
   Result<Prepared> prepared = prepare(options_);
   if (!prepared.ok()) return prepared.status();
   prepared_.emplace(std::move(prepared).value());
+  give_back_free_memory();
   for (const std::string& w : prepared_->plan.warnings) report_.say("warning: " + w);
   const Model& model = prepared_->model;
   const double start = now();
@@ -517,11 +542,10 @@ Result<SolveSummary> Scheduler::run() {
   ATRIUM_RETURN_IF_ERROR(take_up_run());
   const Model& model = prepared_->model;
   const RayUse rays = forces(options_, kRays) ? RayUse::kAlways : RayUse::kWhereSomethingMayBlock;
-  worlds_ = std::make_unique<RayWorlds>(model, rays);
+  constexpr std::uint64_t kShareOfWorlds = 8;
+  worlds_ = std::make_unique<RayWorlds>(model, rays, options_.memory / kShareOfWorlds);
   fresh_ = std::make_unique<FreshGather>(model, directory_.store(), *worlds_);
-  // Half of the memory holds links, the others are on disk: their bits are the same.
-  const std::uint64_t budget = options_.links == "keep" ? ~std::uint64_t{0} : options_.memory / 2;
-  links_ = std::make_unique<KeptLinks>(directory_.store(), model.clusters.size(), budget);
+  links_ = std::make_unique<KeptLinks>(directory_.store(), model.clusters.size());
   ATRIUM_RETURN_IF_ERROR(report_.show(cursor_, sweep_, true));
   const Status solved = iterate();
   if (!solved.ok()) stop_ = Stop::kFailed;
@@ -540,6 +564,7 @@ void request_checkpoint() { checkpoint_flag.store(true); }
 
 Result<SolveSummary> solve(const SolveOptions& options, const ProgressCallback& progress,
                            const LogCallback& log) {
+  keep_heap_small();
   const int threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   return Scheduler(options, progress, log).run();

@@ -11,6 +11,7 @@
 #include "engine/import/import.h"
 #include "engine/status.h"
 #include "scheduler/error_estimate.h"
+#include "scheduler/kept_links.h"
 #include "solver/refine_counters.h"
 #include "visibility/gap_words.h"
 #include "visibility/partition.h"
@@ -98,6 +99,17 @@ struct SolveFigures {
   std::uint64_t reads_ahead = 0;  // of reads: begun before they were asked for
   std::uint64_t streamed_bytes_read = 0, streamed_bytes_written = 0;  // of links, past the arena
   WarmFigures warm;
+  LinksKept links_kept;  // of the last level, when its links had been made
+  std::uint64_t file_bytes = 0;  // of the page store's files
+  double cpu_seconds = 0;
+};
+
+// What a solve will take, from counts and stated rates: within a factor of two or three.
+struct CostEstimate {
+  std::uint64_t elements = 0, links = 0;  // of the last level
+  std::uint64_t memory_bytes = 0;         // resident, code and libraries included
+  std::uint64_t disk_bytes = 0;           // of the page store's files
+  double cpu_seconds = 0;
 };
 
 struct SolveSummary : SolveFigures {
@@ -106,6 +118,7 @@ struct SolveSummary : SolveFigures {
   std::string stop_reason;
   int exit_code = 0;
   std::vector<LeftOut> left_out;
+  CostEstimate estimated;
   int threads = 0;
 };
 
@@ -115,7 +128,8 @@ struct Plan {
   double visible_share = 0;           // pairs kept ÷ all pairs of clusters
   std::uint64_t memory = 0, arena = 0;        // bytes, as they will be used
   std::uint64_t smallest_memory = 0, smallest_arena = 0;  // that will do
-  std::uint64_t disk = 0, smallest_disk = 0;  // bytes: an estimate; without which it cannot begin
+  std::uint64_t smallest_disk = 0;  // bytes, without which it cannot begin
+  CostEstimate estimated;
   double mean_irradiance_guess = 0;   // lx
   double min_edge = 0;                // m
   std::uint64_t dense = 0;  // small patches from which on a cluster has face groups

@@ -59,8 +59,8 @@ std::uint32_t count_rooms_without_rays(const Model& model) {
   return count;
 }
 
-RayWorlds::RayWorlds(const Model& model, RayUse use)
-    : model_(model), use_(use), seen_from_room_(seen_from_rooms(model)) {}
+RayWorlds::RayWorlds(const Model& model, RayUse use, std::size_t budget)
+    : model_(model), use_(use), budget_(budget), seen_from_room_(seen_from_rooms(model)) {}
 
 const RayWorld& RayWorlds::of(ClusterId receiver) {
   const std::uint32_t room = model_.clusters[receiver.value].room;
@@ -72,6 +72,7 @@ const RayWorld& RayWorlds::of(ClusterId receiver) {
   if (kept_.size() == kKept) kept_.pop_back();
   auto world = std::make_unique<RayWorld>(model_, seen_from_room_[room], use_);
   kept_.insert(kept_.begin(), {room, std::move(world)});
+  while (kept_.size() > 1 && bytes() > budget_) kept_.pop_back();
   return *kept_[0].world;
 }
 

@@ -45,10 +45,11 @@ class RayWorld {
   std::optional<RayScene> rays_;
 };
 
-// The last few rooms' ray worlds.
+// The last few rooms' ray worlds: one, and others as long as all take no more than the budget.
 class RayWorlds {
  public:
-  RayWorlds(const Model& model, RayUse use);
+  // budget: bytes.
+  RayWorlds(const Model& model, RayUse use, std::size_t budget = std::size_t{64} << 20);
   const RayWorld& of(ClusterId receiver);  // until the next call
   std::size_t bytes() const;
 
@@ -60,6 +61,7 @@ class RayWorlds {
   };
   const Model& model_;
   RayUse use_;
+  std::size_t budget_;
   Rows<ClusterId> seen_from_room_;
   std::vector<Entry> kept_;  // the last used first
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 namespace atrium {
 
@@ -9,28 +10,9 @@ namespace {
 
 using Radiosity = std::array<Spectrum, kMaxCoefficients>;
 
-// B = M + ρE of an element, coefficient by coefficient.
-Radiosity radiosity_of(const PatchView& patch, std::size_t element, const Spectrum& pending) {
-  Radiosity b;
-  const std::span<const double> e = patch.e_of(element);
-  for (int i = 0; i < patch.k(); ++i)
-    b[i] = patch.head->reflectance * Spectrum{e[3 * i], e[3 * i + 1], e[3 * i + 2]};
-  b[0] += patch.head->exitance + patch.head->reflectance * pending;
-  return b;
-}
-
-Radiosity radiosity_of(const GroupView& groups, std::size_t group,
-                       std::span<const Spectrum> pending) {
-  const FaceGroup& g = groups.groups[group];
-  Radiosity b{};
-  b[0] = g.radiosity;
-  if (!pending.empty()) b[0] += g.reflectance * pending[groups.any_patch(g)];
-  return b;
-}
-
 // Light that a link from a coarse element leaves out, of the colour of what it brings.
-void add_detail(const SourceLight& source, const LinkHead& link, double detail, Spectrum& b) {
-  const double share = source.detail_share(link.source_patch) * detail, bright = luminance(b);
+void add_detail(const Sender& from, double detail, Spectrum& b) {
+  const double share = from.detail_share() * detail, bright = luminance(b);
   if (share != 0 && bright > 0) b *= std::max(0.0, 1 + share / bright);
 }
 
@@ -42,60 +24,126 @@ void note(std::vector<SentDetail>& details, std::uint32_t patch, double factor, 
   details.back().left_out += factor * detail;
 }
 
-}  // namespace
+// The patch that the last link came from, which the next one mostly comes from too.
+class LastSender {
+ public:
+  explicit LastSender(const SourceLight& source) : source_(source) {}
+  const Sender& of(std::uint32_t patch) {
+    if (!sender_ || patch != patch_) sender_.emplace(source_.of(patch_ = patch));
+    return *sender_;
+  }
 
-std::array<Spectrum, kMaxCoefficients> SourceLight::radiosity(std::uint32_t p,
-                                                              std::uint32_t element) const {
-  if (p >= record_.size()) return radiosity_of(record_.groups(), p - record_.size(), pending_);
-  const bool waits = installed_.empty() && !pending_.empty();
-  return radiosity_of(patch(p), element, waits ? pending_[p] : Spectrum{0});
+ private:
+  const SourceLight& source_;
+  std::uint32_t patch_ = 0;
+  std::optional<Sender> sender_;
+};
+
+// Across links of K×K coefficients. K is known when this is compiled: it is the innermost loop of
+// a sweep over kept links.
+template <int K>
+void gather_links(const Braid& braid, const Braid::Strand& strand, LastSender& senders,
+                  std::span<const Element> receiver, GatherSlots& slots, RowMean& mean,
+                  std::vector<SentDetail>* details) {
+  constexpr std::size_t kStride = std::size_t(K) * kGatherChannels;
+  const float* coupling = braid.couplings.data() + std::size_t(strand.first_link) * K * K;
+  for (const LinkHead& link : std::span(braid.links).subspan(strand.first_link, strand.links)) {
+    const Sender& from = senders.of(link.source_patch);
+    Radiosity b = from.radiosity(link.source);
+    const double detail = from.detail(link.source);
+    const double area = receiver[link.receiver].area;
+    if (details) {
+      double sent = 0;
+      for (int j = 0; j < K; ++j) sent += coupling[j] * luminance(b[j]);
+      note(*details, link.source_patch, coupling[0] * area, sent * area, detail);
+    }
+    add_detail(from, detail, b[0]);
+    double* g = &slots.g[link.receiver * kStride];
+    mean.form_factors += coupling[0] * area;
+    for (int i = 0; i < K; ++i, g += kGatherChannels) {
+      g[kRowSum] += coupling[i * K];
+      for (int j = 0; j < K; ++j) {
+        const double f = coupling[i * K + j];
+        for (int c = 0; c < kChannels; ++c) g[c] += f * b[j][c];
+      }
+    }
+    coupling += K * K;
+  }
 }
 
-double SourceLight::detail(std::uint32_t p, std::uint32_t element) const {
-  if (p >= record_.size()) return 0;
-  const PatchView source = patch(p);
-  if (source.head->escape != 0) return 0;
-  return luminance(source.head->reflectance) * source.elements[element].detail;
+}  // namespace
+
+Sender::Sender(const PatchView& patch, const Spectrum& pending, double detail_share)
+    : elements_(patch.elements),
+      e_(patch.e.data()),
+      k_(patch.k()),
+      reflectance_(patch.head->reflectance),
+      constant_(patch.head->exitance + patch.head->reflectance * pending),
+      detail_sent_(patch.head->escape == 0 ? luminance(patch.head->reflectance) : 0),
+      detail_share_(detail_share) {}
+
+Sender::Sender(const FaceGroup& group, const Spectrum& pending)
+    : constant_(group.radiosity + group.reflectance * pending) {}
+
+std::array<Spectrum, kMaxCoefficients> Sender::radiosity(std::uint32_t element) const {
+  Radiosity b;
+  if (elements_.empty()) {
+    b.fill(Spectrum{0});
+  } else {
+    const double* e = e_ + std::size_t(element) * k_ * kChannels;
+    for (int i = 0; i < k_; ++i)
+      b[i] = reflectance_ * Spectrum{e[3 * i], e[3 * i + 1], e[3 * i + 2]};
+  }
+  b[0] += constant_;
+  return b;
+}
+
+Spectrum Sender::mean_radiosity(std::uint32_t element) const {
+  if (elements_.empty()) return constant_;
+  const double* e = e_ + std::size_t(element) * k_ * kChannels;
+  return reflectance_ * Spectrum{e[0], e[1], e[2]} + constant_;
+}
+
+double Sender::detail(std::uint32_t element) const {
+  return elements_.empty() ? 0 : detail_sent_ * elements_[element].detail;
+}
+
+Sender SourceLight::of(std::uint32_t p) const {
+  if (p >= record_.size()) {
+    const GroupView groups = record_.groups();
+    const FaceGroup& g = groups.groups[p - record_.size()];
+    return Sender(g, pending_.empty() ? Spectrum{0} : pending_[groups.any_patch(g)]);
+  }
+  const double share = p < detail_share_.size() ? detail_share_[p] : 0;
+  if (!installed_.empty()) return Sender(installed_[p].view(), Spectrum{0}, share);
+  return Sender(record_.patch(p), pending_.empty() ? Spectrum{0} : pending_[p], share);
 }
 
 void gather(const Braid& braid, const Braid::Strand& strand, const SourceLight& source, int order,
             std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean,
-            std::vector<SentDetail>& details) {
-  const int k = coefficient_count(order);
-  const std::size_t stride = std::size_t(k) * kGatherChannels;
-  const float* coupling = braid.couplings.data() + std::size_t(strand.first_link) * k * k;
-  for (const LinkHead& link : std::span(braid.links).subspan(strand.first_link, strand.links)) {
-    Radiosity b = source.radiosity(link.source_patch, link.source);
-    const double detail = source.detail(link.source_patch, link.source);
-    const double area = receiver[link.receiver].area;
-    double sent = 0;
-    for (int j = 0; j < k; ++j) sent += coupling[j] * luminance(b[j]);
-    note(details, link.source_patch, coupling[0] * area, sent * area, detail);
-    add_detail(source, link, detail, b[0]);
-    double* g = &slots.g[link.receiver * stride];
-    mean.form_factors += coupling[0] * area;
-    for (int i = 0; i < k; ++i, g += kGatherChannels) {
-      g[kRowSum] += coupling[i * k];
-      for (int j = 0; j < k; ++j) {
-        const double f = coupling[i * k + j];
-        for (int c = 0; c < kChannels; ++c) g[c] += f * b[j][c];
-      }
-    }
-    coupling += k * k;
-  }
+            std::vector<SentDetail>* details) {
+  LastSender senders(source);
+  static_assert(kMaxOrder == 3);
+  const auto links = order == 1   ? gather_links<coefficient_count(1)>
+                     : order == 2 ? gather_links<coefficient_count(2)>
+                                  : gather_links<coefficient_count(3)>;
+  links(braid, strand, senders, receiver, slots, mean, details);
+
+  const std::size_t stride = std::size_t(coefficient_count(order)) * kGatherChannels;
   for (const ThinLink& link : std::span(braid.thin).subspan(strand.first_thin, strand.thin)) {
-    Spectrum b = source.radiosity(link.ends.source_patch, link.ends.source)[0];
-    const double detail = source.detail(link.ends.source_patch, link.ends.source);
+    const Sender& from = senders.of(link.ends.source_patch);
+    Spectrum b = from.mean_radiosity(link.ends.source);
+    const double detail = from.detail(link.ends.source);
     const double factor = link.coupling * receiver[link.ends.receiver].area;
-    note(details, link.ends.source_patch, factor, factor * luminance(b), detail);
-    add_detail(source, link.ends, detail, b);
+    if (details) note(*details, link.ends.source_patch, factor, factor * luminance(b), detail);
+    add_detail(from, detail, b);
     double* g = &slots.g[link.ends.receiver * stride];
     mean.form_factors += factor;
     g[kRowSum] += link.coupling;
     for (int c = 0; c < kChannels; ++c) g[c] += double(link.coupling) * b[c];
   }
   for (const Doubt& doubt : std::span(braid.doubts).subspan(strand.first_doubt, strand.doubts)) {
-    const Spectrum b = source.radiosity(doubt.source_patch, 0)[0];
+    const Spectrum b = senders.of(doubt.source_patch).mean_radiosity(0);
     const double bright = luminance(b);
     mean.light += double(doubt.weight) * (bright > cap ? b * (cap / bright) : b);
     mean.weight += doubt.weight;

@@ -20,6 +20,31 @@ struct RowMean {
   double weight = 0;        // Σ doubt, m²
 };
 
+// What one patch or group of a source sends, looked up once for all links from its elements. It
+// refers to its record, or to the tree that stands for it.
+class Sender {
+ public:
+  Sender(const PatchView& patch, const Spectrum& pending, double detail_share);
+  Sender(const FaceGroup& group, const Spectrum& pending);
+
+  // B = M + ρE, lm/m², coefficient by coefficient; of a group its mean alone.
+  std::array<Spectrum, kMaxCoefficients> radiosity(std::uint32_t element) const;
+  Spectrum mean_radiosity(std::uint32_t element) const;  // its first coefficient
+  // lm/m², luminance, root mean square of what B so leaves out of the element; 0 of groups, and
+  // where light leaves the scene.
+  double detail(std::uint32_t element) const;
+  // Of that, the share that goes where coarse links go.
+  double detail_share() const { return detail_share_; }
+
+ private:
+  std::span<const Element> elements_;  // empty: a group
+  const double* e_ = nullptr;
+  int k_ = 0;
+  Spectrum reflectance_{0};
+  Spectrum constant_{0};  // lm/m², of B's mean: what is not ρE
+  double detail_sent_ = 0, detail_share_ = 0;
+};
+
 // What a source cluster sends: of its record, or, where a cluster gathers from itself, of what its
 // patches hold by now. It refers to both.
 class SourceLight {
@@ -31,23 +56,11 @@ class SourceLight {
               std::span<const double> detail_share = {}, std::span<const PatchTree> installed = {})
       : record_(record), pending_(pending), detail_share_(detail_share), installed_(installed) {}
 
-  // B = M + ρE, lm/m², coefficient by coefficient; of a group its mean alone.
-  std::array<Spectrum, kMaxCoefficients> radiosity(std::uint32_t patch_or_group,
-                                                   std::uint32_t element) const;
-  // lm/m², luminance, root mean square of what B so leaves out of the element; 0 of groups, and
-  // where light leaves the scene.
-  double detail(std::uint32_t patch_or_group, std::uint32_t element) const;
-  // Of that, the share that goes where coarse links go.
-  double detail_share(std::uint32_t patch_or_group) const {
-    return patch_or_group < detail_share_.size() ? detail_share_[patch_or_group] : 0;
-  }
+  Sender of(std::uint32_t patch_or_group) const;
   // Do face groups stand for some of its patches?
   bool grouped() const { return !record_.groups().groups.empty(); }
 
  private:
-  PatchView patch(std::uint32_t p) const {
-    return installed_.empty() ? record_.patch(p) : installed_[p].view();
-  }
   const ClusterView& record_;
   std::span<const Spectrum> pending_;
   std::span<const double> detail_share_;
@@ -69,9 +82,9 @@ struct SentDetail {
 // Adds one strand's transfers from `source` to the slots of its receiving patch or group, the
 // latter as one element.
 // cap: lm/m², luminance above which a source does not count in full in `mean`.
-// details: what came of each of the source's patches is added, in runs.
+// details: what came of each of the source's patches is added, in runs; nullptr: nobody asks.
 void gather(const Braid& braid, const Braid::Strand& strand, const SourceLight& source, int order,
             std::span<const Element> receiver, double cap, GatherSlots& slots, RowMean& mean,
-            std::vector<SentDetail>& details);
+            std::vector<SentDetail>* details);
 
 }  // namespace atrium

@@ -11,14 +11,38 @@ namespace atrium {
 
 namespace {
 
-// Adds to H, K×K and zero: H[i][j] = <φi of the child, φj of its parent> over the child, mean.
+// H of functions up to linear ones in closed form: in the child's own x and y, which its functions
+// are orthonormal combinations of, the parent's are linear too. The child must be no needle.
+void two_scale_of_linear(std::span<const double> child, std::span<const double> parent,
+                         const Vec2& shift, double scale, std::span<double> h) {
+  // Triangles of 1; x; x and y. <φ1, x>, <φ1, y> and <φ2, y> of the child; <φ2, x> is 0.
+  const double x1 = 1 / child[2], y2 = 1 / child[5], y1 = -child[4] * x1 * y2;
+  const std::array<double, 9> linear{1, parent[2] * shift.x,
+                                     parent[4] * shift.x + parent[5] * shift.y,
+                                     0, scale * parent[2] * x1,
+                                     scale * (parent[4] * x1 + parent[5] * y1),
+                                     0, 0, scale * parent[5] * y2};
+  std::ranges::copy(linear, h.begin());
+}
+
+// Sets H, K×K and zero: H[i][j] = <φi of the child, φj of its parent> over the child, mean.
 void two_scale(const PatchView& v, std::size_t ci, std::span<double> h) {
   const Element& child = v.elements[ci];
   const std::size_t pi = child.parent;
+  const Element& parent = v.elements[pi];
   const int k = v.k();
+  const std::span<const double> own = v.basis_of(ci);
+  if (v.order == 1) {
+    h[0] = 1;
+    return;
+  }
+  if (v.order == 2 && own[2] > 0 && own[5] > 0)
+    return two_scale_of_linear(own, v.basis_of(pi),
+                               (child.centroid - parent.centroid) / parent.radius,
+                               child.radius / parent.radius, h);
   for_each_product_node(v.polygon(child), child, v.order, [&](const Node& node) {
-    const BasisValues c = evaluate_basis(v.basis_of(ci), child, v.order, node.p);
-    const BasisValues p = evaluate_basis(v.basis_of(pi), v.elements[pi], v.order, node.p);
+    const BasisValues c = evaluate_basis(own, child, v.order, node.p);
+    const BasisValues p = evaluate_basis(v.basis_of(pi), parent, v.order, node.p);
     for (int i = 0; i < k; ++i)
       for (int j = 0; j < k; ++j) h[i * k + j] += node.weight * c[i] * p[j];
   });

@@ -1,4 +1,4 @@
-// The same bits for any number of threads, any arena and any policy.
+// The same bits for any number of threads, any arena, policy and memory, and either way to the disk.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -54,8 +54,8 @@ class SameBits : public ::testing::Test {
 
 TEST_F(SameBits, OnceMore) { expect_same(options()); }
 
-TEST_F(SameBits, TwoAndThreeThreads) {
-  for (const int threads : {2, 3}) {
+TEST_F(SameBits, TwoThreeAndEightThreads) {
+  for (const int threads : {2, 3, 8}) {
     SCOPED_TRACE(threads);
     SolveOptions o = options();
     o.threads = threads;
@@ -79,6 +79,42 @@ TEST_F(SameBits, TinyArenaUnderEveryPolicy) {
     EXPECT_GT(s.evictions, 0u);
     EXPECT_LT(s.hit_ratio, 1);
   }
+}
+
+TEST_F(SameBits, PastThePageCache) {
+  SolveOptions o = options();
+  o.io = "direct";
+  expect_same(o);
+}
+
+TEST_F(SameBits, LeastMemoryThatWillDo) {
+  SolveOptions o = options();
+  o.arena = 0;
+  const Result<Plan> planned = plan(o);
+  ASSERT_TRUE(planned.ok()) << planned.status().message();
+  o.memory = planned->smallest_memory;
+  expect_same(o);
+}
+
+// A furnished office has face groups, whose light comes a sweep later, and patches enough in a
+// cluster for threads to share.
+TEST(SameBitsOfAnOffice, ThreadsArenaAndWayToTheDisk) {
+  Bench bench(generated({.kind = "office-high"}));
+  const auto solved = [&](int threads, bool small, const char* io) {
+    SolveOptions o = bench.options();
+    o.error = 0.3;
+    o.iterations = 4;
+    o.threads = threads;
+    o.io = io;
+    if (small) o.memory = plan(o).value().smallest_memory;
+    SolvedRun run(o);
+    EXPECT_TRUE(run.ok());
+    return run.ok() ? run.records() : std::vector<std::vector<std::byte>>{};
+  };
+  const auto expected = solved(1, false, "mmap");
+  ASSERT_FALSE(expected.empty());
+  EXPECT_TRUE(solved(3, false, "mmap") == expected);
+  EXPECT_TRUE(solved(2, true, "direct") == expected);
 }
 
 // A convex room with nothing in it needs no rays; asking for them changes no bit.

@@ -212,7 +212,7 @@ Exchange exchange(const Patches& receiver, const Patches& sender, std::size_t le
     else
       whole.area = groups.groups[s.patch - x.trees.size()].area;
     gather(braid, s, {view, {}}, x.trees[0].order, elements, kNoCap, slots[s.patch], means[s.patch],
-           details);
+           &details);
   }
   push_groups(groups.view(), x.trees, slots, means);
   for (std::size_t p = 0; p < x.trees.size(); ++p) push_pull(x.trees[p], slots[p], {});

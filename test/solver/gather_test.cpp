@@ -40,7 +40,7 @@ class Gather : public ::testing::Test {
     const Braid braid = plait(ClusterId(7u), std::span(&set, 1));
     ASSERT_EQ(braid.strands.size(), 1u);
     gather(braid, braid.strands[0], {record_->view(), {}}, kOrder, receiver_.elements, cap, slots_,
-           mean_, details_);
+           mean_, &details_);
   }
 
   Patches patches_;
@@ -130,7 +130,7 @@ TEST_F(Gather, AShareOfTheDetailLeftOutIsBroughtAlong) {
     record_.emplace(7, trees_);
     slots_.reset(receiver_.elements.size(), kK);
     gather(braid, braid.strands[0], {record_->view(), {}, share}, kOrder, receiver_.elements,
-           kNoCap, slots_, mean_, details_);
+           kNoCap, slots_, mean_, &details_);
     const double more = escape > 0 ? 0 : .5 * luminance(trees_[1].head.reflectance) * 6;
     for (int c = 0; c < kChannels; ++c)
       EXPECT_NEAR(slot(2, 0, c), .25 * radiosity(1, 0, c) * (1 + more / bright), 1e-12);
@@ -163,7 +163,7 @@ TEST_F(Gather, PlaitedSetsAreTheStrands) {
     const std::vector<double> alone = slots_.g;
     slots_.reset(receiver_.elements.size(), kK);
     gather(braid, braid.strands[i], {record_->view(), {}}, kOrder, receiver_.elements, kNoCap,
-           slots_, mean_, details_);
+           slots_, mean_, &details_);
     EXPECT_EQ(slots_.g, alone);
   }
 }

@@ -59,7 +59,7 @@ Outcome carry_out(const Transfer& t, const RefineSettings& settings) {
   std::vector<SentDetail> details;
   const Braid braid = plait(ClusterId(0u), std::span(&o.set, 1));
   for (const Braid::Strand& strand : braid.strands)
-    gather(braid, strand, {view, {}}, t.order, o.tree.elements, kNoCap, slots, mean, details);
+    gather(braid, strand, {view, {}}, t.order, o.tree.elements, kNoCap, slots, mean, &details);
   push_pull(o.tree, slots, {});
   return o;
 }
@@ -429,7 +429,7 @@ TEST(Refine, ReceiverCloseToALargeSourceSeesThePartNextToIt) {
   std::vector<SentDetail> details;
   const Braid braid = plait(ClusterId(0u), std::span(&set, 1));
   for (const Braid::Strand& strand : braid.strands)
-    gather(braid, strand, {view, {}}, 2, receiver.elements, kNoCap, slots, mean, details);
+    gather(braid, strand, {view, {}}, 2, receiver.elements, kNoCap, slots, mean, &details);
   push_pull(receiver, slots, {});
   const Polygon spot = parallelogram({-.25, -.25, 0}, {.5, 0, 0}, {0, .5, 0});
   const double exact =
