@@ -77,7 +77,7 @@ void add_solve_options(OptionSet& o, SolveOptions& s) {
            });
   o.count("basis", "of an element: 1 constant, 2 linear, 3 quadratic", 1, kMaxOrder,
           [&s](std::uint64_t n) { s.basis = static_cast<int>(n); });
-  o.choice("links", "what becomes of links between iterations", {"keep", "discard", "auto"},
+  o.choice("links", "what becomes of links between iterations: auto is keep", {"keep", "discard", "auto"},
            s.links);
   o.count("seed", "of the random order and of sample points", 0, UINT64_MAX,
           [&s](std::uint64_t n) { s.seed = n; });

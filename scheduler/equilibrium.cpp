@@ -147,23 +147,29 @@ void Equilibrium::judge_correction(std::size_t u, const Spectrum& change) {
 
 bool Equilibrium::learns() const { return sweeps_ < kLearning; }
 
+namespace {
+
+// Of each entry: itself, and its place in the copy of a channel's matrix that is solved with.
+constexpr std::size_t kByEntry = sizeof(CoarseEntry) + sizeof(double) + sizeof(int);
+
+}  // namespace
+
 std::size_t Equilibrium::bytes() const {
   // Of each unit: its row's head, light of seven kinds, five sums, rank and size of the row; and a
   // dozen vectors of one channel while that is solved for, with a copy of its matrix.
   constexpr std::size_t kSpectra = 7, kSums = 5, kVectors = 12;
   constexpr std::size_t kByUnit = sizeof(std::vector<CoarseEntry>) + kSpectra * sizeof(Spectrum) +
                                   (kSums + kVectors) * sizeof(double) + 3 * sizeof(std::uint32_t);
-  constexpr std::size_t kByEntry = sizeof(CoarseEntry) + sizeof(double) + sizeof(int);
   return entries_ * kByEntry + units() * kByUnit + unit_of_patch_.size() * sizeof(std::uint32_t) +
          2 * first_patch_.size() * sizeof(std::uint32_t);
 }
 
 std::uint64_t expected_coarse_bytes(const Model& model) {
-  constexpr std::uint64_t kEntriesOfPair = 5;  // 4.5 on gen floor, most units being turned away
+  constexpr std::uint64_t kEntriesOfPair = 3;  // half of that in gen floor and building
   std::vector<ClusterId> order;
   for (std::size_t c = 0; c < model.clusters.size(); ++c) order.push_back(ClusterId(c));
   return Equilibrium(model, order).bytes() +
-         kEntriesOfPair * model.visible.items.size() * sizeof(CoarseEntry);
+         kEntriesOfPair * model.visible.items.size() * kByEntry;
 }
 
 void Equilibrium::sent(std::span<const UnitDetail> details) {
@@ -186,6 +192,35 @@ double Equilibrium::flux_pending() const {
   return flux;
 }
 
+namespace {
+
+// Half of a building's entries are below this and hold a quarter percent of their rows. What they
+// bring is brought by the others, so that a row still sums to what it did.
+constexpr double kWeak = 1e-4;
+
+void leave_out_weak(std::vector<CoarseEntry>& row) {
+  Spectrum all{0}, strong{0};
+  double all_factors = 0, strong_factors = 0;
+  for (const CoarseEntry& e : row) {
+    const bool weak = std::abs(e.form_factor) < kWeak;
+    all += share_of(e);
+    all_factors += e.form_factor;
+    if (!weak) strong += share_of(e), strong_factors += e.form_factor;
+  }
+  if (!(strong_factors > 0.5 * all_factors)) return;  // all of it is weak
+  std::erase_if(row, [](const CoarseEntry& e) { return std::abs(e.form_factor) < kWeak; });
+  for (CoarseEntry& e : row) {
+    for (int c = 0; c < kChannels; ++c) {
+      float& share = e.share[std::size_t(c)];
+      if (strong[c] > 0) share = float(share * (all[c] / strong[c]));
+    }
+    e.form_factor = float(e.form_factor * (all_factors / strong_factors));
+  }
+  row.shrink_to_fit();
+}
+
+}  // namespace
+
 void Equilibrium::set_rows(const CoarseRows& rows) {
   for (std::size_t i = 0; i < rows.rows_.size(); ++i) {
     const std::size_t u = rows.first_ + i;
@@ -197,32 +232,46 @@ void Equilibrium::set_rows(const CoarseRows& rows) {
       const double factor = (kept * e.factors + made_up * e.doubts) / area_[u];
       row.push_back({e.unit, {float(share[0]), float(share[1]), float(share[2])}, float(factor)});
     }
+    leave_out_weak(row);
     set_row(std::uint32_t(u), std::move(row));
   }
 }
 
-// (I - K) x = r for one channel.
-void Equilibrium::solve_channel(int channel, double reach, std::span<const Spectrum> residual,
-                                std::span<Spectrum> x) const {
+// (I - K) x = r, channel by channel over the same places.
+std::vector<Spectrum> Equilibrium::solve(double reach, std::span<const Spectrum> residual) const {
   const auto n = Eigen::Index(units());
   const double damping = 1 - 1 / reach;
   SparseRows a(n, n);
-  Eigen::VectorXi sizes(n);
-  for (Eigen::Index u = 0; u < n; ++u) sizes[u] = int(k_[u].size()) + 1;
-  a.reserve(sizes);
-  Eigen::VectorXd b(n);
+  a.resizeNonZeros(n + Eigen::Index(entries_));  // the 1 of I beside what K has there
+  int at = 0;
   for (Eigen::Index u = 0; u < n; ++u) {
-    a.insert(u, u) = 1;
-    b[u] = residual[u][channel];
-    for (const CoarseEntry& e : k_[u]) a.coeffRef(u, e.unit) -= damping * e.share[channel];
+    a.outerIndexPtr()[u] = at;
+    a.innerIndexPtr()[at++] = int(u);
+    for (const CoarseEntry& e : k_[u])
+      if (e.unit != u) a.innerIndexPtr()[at++] = int(e.unit);
   }
-  a.makeCompressed();
-  Eigen::BiCGSTAB<SparseRows, Eigen::DiagonalPreconditioner<double>> solver;
-  solver.setTolerance(kSolved);
-  solver.setMaxIterations(kMostSteps);
-  solver.compute(a);
-  const Eigen::VectorXd found = solver.solve(b);
-  for (Eigen::Index u = 0; u < n; ++u) x[u][channel] = found[u];
+  a.outerIndexPtr()[n] = at;
+  a.resizeNonZeros(at);
+  std::vector<Spectrum> x(units());
+  Eigen::VectorXd b(n);
+  for (int channel = 0; channel < kChannels; ++channel) {
+    for (Eigen::Index u = 0; u < n; ++u) {
+      double* value = a.valuePtr() + a.outerIndexPtr()[u];
+      double& own = *value++ = 1;
+      b[u] = residual[u][channel];
+      for (const CoarseEntry& e : k_[u]) {
+        double& place = e.unit == u ? own : *value++ = 0;
+        place -= damping * e.share[channel];
+      }
+    }
+    Eigen::BiCGSTAB<SparseRows, Eigen::DiagonalPreconditioner<double>> solver;
+    solver.setTolerance(kSolved);
+    solver.setMaxIterations(kMostSteps);
+    solver.compute(a);
+    const Eigen::VectorXd found = solver.solve(b);
+    for (Eigen::Index u = 0; u < n; ++u) x[u][channel] = found[u];
+  }
+  return x;
 }
 
 void Equilibrium::forget() {
@@ -263,8 +312,7 @@ void Equilibrium::correct(double change) {
 
 // What is owed where nothing is gathered is what this leaves over of its residual.
 void Equilibrium::solve_for(std::span<const Spectrum> residual) {
-  std::vector<Spectrum> x(units());
-  for (int c = 0; c < kChannels; ++c) solve_channel(c, reach_, residual, x);
+  std::vector<Spectrum> x = solve(reach_, residual);
   for (std::size_t u = 0; u < units(); ++u) x[u] *= trust_[u];
   for (std::size_t u = 0; u < units(); ++u) {
     if (gathers(u)) {
@@ -335,8 +383,7 @@ void Equilibrium::put_in(ClusterId cluster) {
 }
 
 void Equilibrium::spread_gains() {
-  std::vector<Spectrum> x(units(), Spectrum{0});
-  for (int c = 0; c < kChannels; ++c) solve_channel(c, kGainsReach, change_, x);
+  const std::vector<Spectrum> x = solve(kGainsReach, change_);
   for (std::size_t u = 0; u < units(); ++u) pending_[u] = x[u] - change_[u];
 }
 

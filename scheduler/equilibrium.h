@@ -198,8 +198,7 @@ class Equilibrium {
   // What v has changed in a sweep, u's gather in it has not seen. Nor, at large, what its own
   // patches have.
   bool later(std::uint32_t v, std::uint32_t u) const;
-  void solve_channel(int channel, double reach, std::span<const Spectrum> residual,
-                     std::span<Spectrum> x) const;
+  std::vector<Spectrum> solve(double reach, std::span<const Spectrum> residual) const;
 
   std::vector<std::uint32_t> unit_of_patch_;      // by PatchId
   std::vector<std::uint32_t> first_patch_;        // by cluster, one more at the end

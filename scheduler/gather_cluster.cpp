@@ -99,11 +99,12 @@ void measure_escapes(Receiver& receiver, const RayWorld& world, double tolerance
   });
 }
 
-// The slots follow when all links are made.
 void cut_at_contacts(const GatherTask& task, Receiver& receiver) {
   tbb::parallel_for(std::size_t(0), receiver.trees.size(), [&](std::size_t p) {
-    if (!receiver.trees[p].head.inert)
-      Refiner(task.refine, Surroundings{}).cut_at_contacts(receiver.trees[p]);
+    PatchTree& tree = receiver.trees[p];
+    if (tree.head.inert) return;
+    Refiner(task.refine, Surroundings{}).cut_at_contacts(tree);
+    receiver.slots[p].grow(tree.elements.size(), tree.view().k());
   });
 }
 

@@ -71,7 +71,6 @@ Json links_json(const SolveSummary& s) {
   Json j;
   j["in_memory"] = part(k.in_memory, k.in_memory_bytes);
   j["streamed"] = part(k.streamed, k.streamed_bytes);
-  j["made_again"] = s.clusters - std::min(s.clusters, k.in_memory + k.streamed);
   return j;
 }
 

@@ -88,7 +88,7 @@ Status KeptLinks::save() {
 void KeptLinks::forget(ClusterId receiver) {
   Kept& kept = kept_[receiver.value];
   if (store_.contains(braids_of(receiver))) store_.drop_streamed(braids_of(receiver));
-  if (kept.in_memory) bytes_ -= bytes_of(kept.braids);
+  if (kept.in_memory) bytes_ -= kept.bytes;
   kept = {};
 }
 

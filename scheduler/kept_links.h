@@ -32,8 +32,7 @@ class KeptLinks {
  public:
   KeptLinks(ClusterStore& store, std::size_t clusters);
 
-  // Bytes of memory from now on. Where braids take more, the last receivers' go to disk: their
-  // turn is farthest away.
+  // Bytes of memory from now on. Where braids take more, the last receivers' go to disk.
   Status fit(std::uint64_t budget, std::span<const ClusterId> order);
 
   bool has(ClusterId receiver) const {
@@ -46,7 +45,6 @@ class KeptLinks {
   void forget(ClusterId receiver);  // that is not gathered to after all
   void forget_all();                // a new level: its links are made anew
 
-  std::uint64_t bytes() const { return bytes_; }  // in memory
   LinksKept kept() const;
 
  private:

@@ -108,6 +108,7 @@ class Scheduler {
   std::uint64_t foreseen_ahead_ = 0;  // gathers after the one that comes next
   Stop stop_ = Stop::kNone;
   bool summary_written_ = false;  // of this end
+  std::uint64_t largest_braids_ = 0;  // bytes, of one receiver's gather in this process
   double last_checkpoint_ = now();
 };
 
@@ -239,7 +240,7 @@ GatherTask Scheduler::task_for(ClusterId receiver) {
     t.linking = linked ? Linking::kUseKept : Linking::kMakeAndKeep;
   t.refine.threshold = link_threshold(cursor_, options_);
   t.refine.mean_irradiance = cursor_.mean_irradiance;
-  const bool dark = cursor_.level == 0 && cursor_.iteration == 0;
+  const bool dark = cursor_.level == 0 && cursor_.iteration == 0 && reached_.size() == order_.size();
   t.refine.ambient = dark ? 0.5 * cursor_.mean_irradiance : 0;
   t.refine.reference_area = prepared_->light.reference_area;
   t.refine.min_edge = prepared_->plan.min_edge;
@@ -297,11 +298,9 @@ void Scheduler::forget_foreseen() {
 // go while they are made. beside: bytes that are about to be taken.
 Status Scheduler::fit_links(std::uint64_t beside) {
   const ClusterStore& store = directory_.store();
-  // The receiver's braids, as they are made and as they are kept.
-  const std::uint64_t gather =
-      2 * std::max(sweep_.working_set_bytes, summary().max_working_set_bytes);
+  const std::uint64_t gather = 2 * largest_braids_;  // as they are made and as they are kept
   const std::uint64_t others = prepared_->bytes + ClusterStore::arena_memory(store.arena_bytes()) +
-                               store.directory_bytes() + worlds_->bytes() + equilibrium_->bytes() +
+                               store.directory_bytes() + (worlds_ ? worlds_->bytes() : 0) + equilibrium_->bytes() +
                                gather + beside;
   return links_->fit(options_.memory - std::min(options_.memory, others), order_);
 }
@@ -379,6 +378,7 @@ Status Scheduler::sweep() {
     const Result<GatherReport> report = gather_to(receiver);
     if (!report.ok()) return report.status();
     if (by_links) --foreseen_ahead_;
+    largest_braids_ = std::max(largest_braids_, report->link_bytes);
     sweep_.add(*report, reached_.size());
     ATRIUM_RETURN_IF_ERROR(report_.show(cursor_, sweep_, false));
     if (report_.line_due()) ATRIUM_RETURN_IF_ERROR(record_history(cursor_.level, false));
@@ -483,6 +483,8 @@ Status Scheduler::judge() {
   ATRIUM_RETURN_IF_ERROR(record_history(cursor_.level, true));
   for (const ClusterId c : order_) drop_mend(directory_.store(), c);
   follow(after_estimate(cursor_, options_, summary().estimate, summary().links));
+  if (cursor_.phase == Phase::kMeasure)  // all of it is to become more exact
+    for (const ClusterId c : order_) equilibrium_->reach(c);
   return {};
 }
 
@@ -498,6 +500,9 @@ Status Scheduler::iterate() {
 // Everything durable; then the summary, which tells of that too, and a last small checkpoint, which
 // knows the summary.
 Status Scheduler::finish() {
+  fresh_.reset();  // what a checkpoint takes comes in their place
+  worlds_.reset();
+  give_back_free_memory();
   ATRIUM_RETURN_IF_ERROR(checkpoint());
   directory_.end_trace();
   ATRIUM_RETURN_IF_ERROR(report_.write_summary());

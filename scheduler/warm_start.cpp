@@ -155,7 +155,9 @@ Status WarmStart::open_run() {
   if (!factors.ok()) return factors.status();
   factors_ = std::move(factors).value();
   units_.emplace(run_.model, std::span<const ClusterId>());
-  ATRIUM_CHECK(factors_.rows.size() == units_->units());
+  if (factors_.rows.size() != units_->units())
+    return Status(Code::kStore, from, to_string(kFactorsRecord), "it is not of this model's units",
+                  "run atrium check on the run");
   return {};
 }
 

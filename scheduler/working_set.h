@@ -37,7 +37,6 @@ class RayWorld {
   // All that the room's receivers may see, and what blocks.
   std::span<const BlockerPolygon> outlines() const { return polygons_; }
   std::size_t bytes() const;  // the polygons themselves with it
-  std::size_t polygons() const { return polygons_.size(); }
 
  private:
   std::vector<BlockerPolygon> polygons_;

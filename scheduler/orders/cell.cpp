@@ -109,7 +109,9 @@ Sequence cell_by_cell(const Model& model, const GatherSets& gathers,
 }
 
 Sequence cell_order(const OrderTask& task) {
-  return cell_by_cell(task.model, find_gather_sets(task.model), walk_cells(task.model).entered);
+  constexpr bool kWithNeighbors = false;  // only those of a cell are compared
+  return cell_by_cell(task.model, find_gather_sets(task.model, kWithNeighbors),
+                      walk_cells(task.model).entered);
 }
 
 }  // namespace atrium

@@ -92,13 +92,13 @@ Rows<GatherSets::Neighbor> find_neighbors(const Model& model, const GatherSets& 
 
 }  // namespace
 
-GatherSets find_gather_sets(const Model& model) {
+GatherSets find_gather_sets(const Model& model, bool with_neighbors) {
   GatherSets g;
   g.bytes = guess_bytes(model);
   g.sets = find_sets(model);
   g.share = share_to_compare(model, g.sets);
   g.compared = sampled(g.sets, g.share);
-  g.neighbors = find_neighbors(model, g);
+  if (with_neighbors) g.neighbors = find_neighbors(model, g);
   return g;
 }
 

@@ -36,7 +36,7 @@ struct GatherSets {
   std::size_t size() const { return bytes.size(); }
 };
 
-GatherSets find_gather_sets(const Model& model);
+GatherSets find_gather_sets(const Model& model, bool with_neighbors = true);
 
 // Between any two sets: the bytes that one of them holds and the other one does not.
 double distance(const GatherSets& gathers, std::uint32_t a, std::uint32_t b);

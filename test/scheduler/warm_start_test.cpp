@@ -275,7 +275,7 @@ TEST_F(WarmStartOfRooms, WhatCannotBeStartedFromIsRefused) {
 
 using Fault = SimulatedDisk::Fault;
 
-// Two rooms, the lamp of one dimmed, on a disk in memory that holds the run before the edit.
+// Two rooms, the walls of one repainted, on a disk in memory that holds the run before the edit.
 class WarmStartCutShort : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {

@@ -1,0 +1,80 @@
+// Kept links come back as they were, from memory and from disk, whatever the budget.
+#include "scheduler/kept_links.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "scheduler/braid_record.h"
+#include "test/pagestore/simulated_disk.h"
+
+namespace atrium::testing {
+namespace {
+
+constexpr std::size_t kReceivers = 3;
+
+// One braid of `count` links of one coefficient each, which are told apart by the receiver.
+std::vector<Braid> braids_to(std::uint32_t receiver, std::uint32_t count) {
+  Braid braid;
+  braid.source = ClusterId(receiver);
+  braid.strands.push_back({.patch = 0, .links = count});
+  for (std::uint32_t i = 0; i < count; ++i) {
+    braid.links.push_back({i, receiver, i});
+    braid.couplings.push_back(float(receiver) + 0.001f * float(i));
+  }
+  return {braid};
+}
+
+bool same(const std::vector<Braid>& a, const std::vector<Braid>& b) {
+  return write_braids(a) == write_braids(b);
+}
+
+class KeptLinksOnDisk : public ::testing::Test {
+ protected:
+  KeptLinksOnDisk() {
+    auto made = ClusterStore::create("run", {.arena_bytes = std::uint64_t{1} << 20, .disk = &disk_});
+    EXPECT_TRUE(made.ok()) << made.status().message();
+    store_ = std::move(made).value();
+    for (std::uint32_t r = 0; r < kReceivers; ++r) order_.push_back(ClusterId(r));
+  }
+
+  SimulatedDisk disk_;
+  std::unique_ptr<ClusterStore> store_;
+  std::vector<ClusterId> order_;
+};
+
+TEST_F(KeptLinksOnDisk, WhatDoesNotFitComesBackFromDiskBitForBit) {
+  KeptLinks links(*store_, kReceivers);
+  ASSERT_TRUE(links.fit(~std::uint64_t{0}, order_).ok());
+  for (std::uint32_t r = 0; r < kReceivers; ++r)
+    ASSERT_TRUE(links.keep(ClusterId(r), braids_to(r, 100)).ok());
+  EXPECT_EQ(links.kept().in_memory, kReceivers);
+  const std::uint64_t one = links.kept().in_memory_bytes / kReceivers;
+
+  ASSERT_TRUE(links.fit(one, order_).ok());  // the last two go to disk
+  EXPECT_EQ(links.kept().in_memory, 1u);
+  EXPECT_EQ(links.kept().streamed, 2u);
+  for (std::uint32_t r = 0; r < kReceivers; ++r) {
+    const Result<std::vector<Braid>*> back = links.of(ClusterId(r));
+    ASSERT_TRUE(back.ok()) << back.status().message();
+    EXPECT_TRUE(same(**back, braids_to(r, 100)));
+  }
+}
+
+TEST_F(KeptLinksOnDisk, WhatIsForgottenIsMadeAnew) {
+  KeptLinks links(*store_, kReceivers);
+  ASSERT_TRUE(links.fit(0, order_).ok());  // all are streamed
+  for (std::uint32_t r = 0; r < kReceivers; ++r)
+    ASSERT_TRUE(links.keep(ClusterId(r), braids_to(r, 10)).ok());
+  EXPECT_EQ(links.kept().streamed, kReceivers);
+  links.forget(ClusterId(1u));
+  EXPECT_TRUE(links.has(ClusterId(0u)));
+  EXPECT_FALSE(links.has(ClusterId(1u)));
+  links.forget_all();
+  EXPECT_FALSE(links.has(ClusterId(2u)));
+  EXPECT_EQ(links.kept().in_memory_bytes + links.kept().streamed_bytes, 0u);
+}
+
+}  // namespace
+}  // namespace atrium::testing
