@@ -139,7 +139,9 @@ Next after_estimate(Cursor& cursor, const SolveOptions& options, const ErrorEsti
   const bool few = links < kFewLinks;
   if ((last ? found : estimate.high) <= asked && cursor.level >= kFirstTaken)
     return take(cursor, options);
-  if (!cursor.mended && (finest || (last && !few && found <= kMendedByPass * asked))) {
+  const bool will_do = found <= kMendedByPass * asked && (finest || !few);
+  const bool no_finer = finest && cursor.tightened == kMostTightened;
+  if (!cursor.mended && last && (will_do || no_finer)) {
     cursor.phase = Phase::kMeasure;
     return {};
   }

@@ -48,9 +48,11 @@ inline constexpr double kNoisyProgress = 0.9;
 // these bounds, beyond the last level so often at most.
 inline constexpr double kTightest = 1.0 / 8, kLoosest = 1.0 / 2;
 inline constexpr std::uint32_t kMostTightened = 1;
-// A local pass about halves the error of the last level: where its links are not as fine as they
-// may be, it is made if that will surely do. Coarse ones gain too little from it.
-inline constexpr double kMendedByPass = 1.5;
+// A local pass takes a quarter off the error of the last level (hospital 5.9 to 4.7% and 2.65 to
+// 2.0, rooms 1.8 to 1.5), for about what links of half the threshold cost, and is lost when links
+// are made anew: it is made if that will do, or where links become no finer. Coarse ones gain too
+// little from it.
+inline constexpr double kMendedByPass = 1.3;
 // The error is looked at closer where the interval is vague, its ends so many times apart; and, to
 // be judged, ever closer while what was asked lies within. The first look is for few links, which
 // cost less than the second one.

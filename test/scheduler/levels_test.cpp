@@ -258,9 +258,19 @@ TEST_F(Levels, DiscardedLinksAreNotWaitedFor) {
   EXPECT_EQ(estimate(kBelow * options_.error).stop, Stop::kConverged);
 }
 
-TEST_F(Levels, WhereLinksAreTheFinestALocalPassComesFirst) {
+// A local pass costs about what finer links do, and is lost when links are made anew: it comes where
+// it will do, or where links become no finer.
+TEST_F(Levels, ALocalPassComesWhereItWillDoOrWhereLinksBecomeNoFiner) {
   be_at(kLast);
-  const Next next = estimate(10 * options_.error);
+  EXPECT_FALSE(estimate(kBelow * kMendedByPass * options_.error).level_begins);
+  EXPECT_EQ(cursor_.phase, Phase::kMeasure);
+
+  cursor_ = {};
+  be_at(kLast);
+  EXPECT_TRUE(estimate(kAbove * kMendedByPass * options_.error).level_begins);
+  EXPECT_EQ(cursor_.phase, Phase::kLinks);
+  cursor_.rest = 0;
+  const Next next = estimate(kAbove * kMendedByPass * options_.error);
   EXPECT_EQ(next.stop, Stop::kNone);
   EXPECT_FALSE(next.level_begins);
   EXPECT_EQ(cursor_.phase, Phase::kMeasure);
