@@ -442,6 +442,8 @@ Status Scheduler::look_at_error() {
   if (reached_.size() < order_.size() && cursor_.phase != Phase::kJudge) return {};
   for (std::size_t look = 0; look < kLooks.size(); ++look) {
     if (!needs_look(look, cursor_, options_, summary().estimate, summary().links)) continue;
+    constexpr std::uint64_t kOfALook = std::uint64_t{48} << 20;  // bright sources, and rays
+    ATRIUM_RETURN_IF_ERROR(fit_links(kOfALook));
     const Result<ErrorEstimate> found =
         estimate_error(prepared_->model, directory_.store(), *fresh_, kLooks[look]);
     if (!found.ok()) return found.status();
