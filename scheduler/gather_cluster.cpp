@@ -21,7 +21,7 @@ struct Receiver {
   std::vector<Element> as_elements;  // the groups, of which only their area counts
   std::vector<GatherSlots> slots;    // of the patches, then of the groups; so all that follow
   std::vector<RowMean> means;
-  std::vector<RefineCounters> refined;
+  RefineCounters refined;
   std::vector<std::vector<SentDetail>> details;  // of the braid at hand; empty: nobody asks
 
   Receiver(const ClusterView& view, bool asks_for_details)
@@ -30,7 +30,6 @@ struct Receiver {
         as_elements(groups.groups.size()),
         slots(trees.size() + groups.groups.size()),
         means(slots.size()),
-        refined(slots.size()),
         details(asks_for_details ? slots.size() : 0) {
     for (std::size_t p = 0; p < trees.size(); ++p)
       slots[p].reset(trees[p].elements.size(), trees[p].view().k());
@@ -108,12 +107,6 @@ void cut_at_contacts(const GatherTask& task, Receiver& receiver) {
   });
 }
 
-// Patches that share a refiner, and with it packets of rays: by the receiver's size alone.
-std::size_t patches_a_task(std::size_t patches) {
-  constexpr std::size_t kTasks = 16, kMost = 32;
-  return std::clamp(patches / kTasks, std::size_t(1), kMost);
-}
-
 // Where receiving begins: groups that are part of no other, and patches in no group.
 std::vector<std::uint32_t> receiving_roots(const Receiver& receiver) {
   std::vector<bool> grouped(receiver.trees.size(), false);
@@ -126,31 +119,137 @@ std::vector<std::uint32_t> receiving_roots(const Receiver& receiver) {
   return roots;
 }
 
-// 3(d) Install( links in Braid(R, S, T) ).
-Braid make_braid(const GatherTask& task, const Surroundings& around, ClusterId s,
-                 const ClusterView& source, std::span<const Spectrum> pending, Receiver& receiver) {
-  const SourceRoots from(source, pending);
+// S as installed into the working set.
+struct Source {
+  ClusterId id;
+  ClusterPin pin;  // its record is used in place, or
+  std::vector<std::byte> copy;  // where others are installed beside it; R's own is held already
+  ClusterView view;
+  std::vector<Spectrum> pending;
+};
+
+// Records of sources that are installed together, bytes: enough for all threads to have work. Which
+// they are does not depend on the arena, and no more than one is pinned.
+constexpr std::size_t kMostInstalled = std::size_t{2} << 20;
+
+Result<Source> read_source(const GatherTask& task, ClusterStore& store, const ClusterView& before,
+                           ClusterId s) {
+  Source source{.id = s, .pin = {}, .copy = {}, .view = before,
+                .pending = task.equilibrium->pending(s)};
+  if (s == task.receiver) return source;
+  Result<ClusterPin> read = store.read(record_id(RecordKind::kCluster, s.value));
+  if (!read.ok()) return read.status();
+  source.pin = std::move(read).value();
+  const Result<ClusterView> view = ClusterView::parse(source.pin.bytes());
+  if (!view.ok()) return view.status();
+  source.view = *view;
+  return source;
+}
+
+// 3(a), (b) Read S and install it: one where links are kept, a few where they are to be made.
+Result<std::vector<Source>> read_sources(const GatherTask& task, ClusterStore& store,
+                                         const ClusterView& before,
+                                         std::span<const ClusterId> sources) {
+  const auto bytes_of = [&](ClusterId s) {
+    return s == task.receiver ? 0 : store.size(record_id(RecordKind::kCluster, s.value));
+  };
+  std::vector<Source> installed;
+  std::size_t bytes = 0;
+  for (const ClusterId s : sources) {
+    bytes += bytes_of(s);
+    const bool alone = task.linking == Linking::kUseKept || bytes > kMostInstalled;
+    if (alone && !installed.empty()) break;
+    Result<Source> source = read_source(task, store, before, s);
+    if (!source.ok()) return source.status();
+    installed.push_back(std::move(source).value());
+    if (alone) break;
+    Source& last = installed.back();
+    if (s == task.receiver) continue;
+    last.copy.assign(last.pin.bytes().begin(), last.pin.bytes().end());
+    last.pin = {};
+    last.view = ClusterView::parse(last.copy).value();
+  }
+  return installed;
+}
+
+// What one thread links: some of the roots, or a branch of one.
+struct LinkingTask {
+  std::vector<std::uint32_t> roots;
+  Branch* branch = nullptr;
+  std::vector<LinkSet> sets;  // of the branch, by source
+  RefineCounters refined;
+};
+
+// Large patches are cut into branches; small ones share a refiner, and with it packets of rays. How
+// many is for the receiver alone to say, not for the threads.
+std::vector<LinkingTask> share_out(std::span<const std::uint32_t> roots,
+                                   std::span<std::vector<Branch>> branches) {
+  constexpr std::size_t kTasks = 16, kMost = 32;
+  const std::size_t step = std::clamp(roots.size() / kTasks, std::size_t(1), kMost);
+  std::vector<LinkingTask> tasks;
+  for (std::size_t r = 0; r < roots.size(); ++r)
+    for (Branch& b : branches[r]) tasks.push_back({{roots[r]}, &b, {}, {}});
+  std::size_t small = step;  // in the last task
+  for (std::size_t r = 0; r < roots.size(); ++r) {
+    if (!branches[r].empty()) continue;
+    if (small == step) {
+      tasks.emplace_back();
+      small = 0;
+    }
+    tasks.back().roots.push_back(roots[r]);
+    ++small;
+  }
+  return tasks;
+}
+
+// 3(c), (d) Tubes and Install( links in Braid(R, S, T) ) for each S: R's patches are shared out,
+// and each meets the sources in their order.
+std::vector<Braid> make_braids(const GatherTask& task, const Surroundings& around,
+                               std::span<const Source> installed, Receiver& receiver) {
   const std::size_t patches = receiver.trees.size();
   const std::vector<std::uint32_t> roots = receiving_roots(receiver);
-  const std::size_t step = patches_a_task(roots.size());
-  std::vector<LinkSet> sets(receiver.slots.size());
-  const GroupReceiver grouped{receiver.trees, receiver.groups.view(), sets};
-  tbb::parallel_for(std::size_t(0), (roots.size() + step - 1) / step, [&](std::size_t t) {
-    Refiner refiner(task.refine, around);
-    const std::size_t end = std::min(roots.size(), (t + 1) * step);
-    for (std::size_t i = t * step; i < end; ++i) {
-      const std::uint32_t root = roots[i];
-      if (root < patches)
-        refiner.link(receiver.trees[root], from, sets[root]);
-      else
-        refiner.link(grouped, root - std::uint32_t(patches), from);
-    }
-    refiner.flush();
-    receiver.refined[t * step].add(refiner.counters());
+  std::vector<SourceRoots> from(installed.size());
+  std::vector<std::vector<LinkSet>> sets(installed.size());
+  tbb::parallel_for(std::size_t(0), installed.size(), [&](std::size_t i) {
+    from[i] = SourceRoots(installed[i].view, installed[i].pending);
+    sets[i].resize(receiver.slots.size());
   });
+  std::vector<std::vector<Branch>> branches(roots.size());
+  tbb::parallel_for(std::size_t(0), roots.size(), [&](std::size_t r) {
+    if (roots[r] < patches) branches[r] = cut_branches(receiver.trees[roots[r]]);
+  });
+
+  std::vector<LinkingTask> tasks = share_out(roots, branches);
+  tbb::parallel_for(std::size_t(0), tasks.size(), [&](std::size_t t) {
+    LinkingTask& mine = tasks[t];
+    Refiner refiner(task.refine, around);
+    if (mine.branch) mine.sets.resize(installed.size());
+    for (const std::uint32_t root : mine.roots)
+      for (std::size_t i = 0; i < installed.size(); ++i) {
+        if (mine.branch)
+          refiner.link(*mine.branch, from[i], mine.sets[i]);
+        else if (root < patches)
+          refiner.link(receiver.trees[root], from[i], sets[i][root]);
+        else
+          refiner.link({receiver.trees, receiver.groups.view(), sets[i]},
+                       root - std::uint32_t(patches), from[i]);
+      }
+    refiner.flush();
+    mine.refined = refiner.counters();
+  });
+
+  for (LinkingTask& t : tasks) {
+    receiver.refined.add(t.refined);
+    if (!t.branch) continue;
+    graft(receiver.trees[t.roots[0]], *t.branch, t.sets);
+    for (std::size_t i = 0; i < installed.size(); ++i) sets[i][t.roots[0]].append(t.sets[i]);
+  }
   for (std::size_t p = 0; p < patches; ++p)
     receiver.slots[p].grow(receiver.trees[p].elements.size(), receiver.trees[p].view().k());
-  return plait(s, sets);
+  std::vector<Braid> braids(installed.size());
+  tbb::parallel_for(std::size_t(0), installed.size(),
+                    [&](std::size_t i) { braids[i] = plait(installed[i].id, sets[i]); });
+  return braids;
 }
 
 void gather_strand(const GatherTask& task, const SourceLight& source, const Braid& braid,
@@ -323,48 +422,45 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   }
   std::optional<CoarseRows> rows;
   if (task.linking != Linking::kUseKept) rows.emplace(*task.equilibrium, task.receiver);
-  std::uint64_t largest_source = 0;
+  std::uint64_t most_source_elements = 0;  // elements
   std::vector<UnitDetail> sent;
   const double start = now(), io_before = store.counters().io_seconds;
-  for (std::size_t i = 0; i < sources.size(); ++i) {
-    const ClusterId s = sources[i];
-    // (a), (b) Read S and install it: its record is used in place.
-    ClusterPin pin;
-    if (s != task.receiver) {
-      Result<ClusterPin> read = store.read(record_id(RecordKind::kCluster, s.value));
-      if (!read.ok()) return read.status();
-      pin = std::move(read).value();
-    }
-    const Result<ClusterView> source =
-        s == task.receiver ? before : ClusterView::parse(pin.bytes());
-    if (!source.ok()) return source.status();
-    // (c), (d) Tubes and links.
-    Braid& braid = (*kept)[i];
-    const std::vector<Spectrum> pending = task.equilibrium->pending(s);
+  for (std::size_t first = 0; first < sources.size();) {
+    const Result<std::vector<Source>> installed =
+        read_sources(task, store, *before, sources.subspan(first));
+    if (!installed.ok()) return installed.status();
     if (task.linking != Linking::kUseKept)
-      braid = make_braid(task, around, s, *source, pending, receiver);
-    // (e) Gather; from itself when all others have sent.
-    if (s == task.receiver) {
-      own = &braid;
-    } else {
-      const std::vector<double> shares = task.equilibrium->detail_shares(s);
-      const SourceLight light(*source, pending, shares);
-      transfer(task, light, braid, receiver);
-      note_sent(*task.equilibrium, light, braid, receiver, sent);
+      std::ranges::move(make_braids(task, around, *installed, receiver), kept->begin() + first);
+    std::uint64_t source_elements = 0;
+    for (std::size_t i = 0; i < installed->size(); ++i) {
+      const Source& source = (*installed)[i];
+      Braid& braid = (*kept)[first + i];
+      // (e) Gather; from itself when all others have sent.
+      if (source.id == task.receiver) {
+        own = &braid;
+      } else {
+        const std::vector<double> shares = task.equilibrium->detail_shares(source.id);
+        const SourceLight light(source.view, source.pending, shares);
+        transfer(task, light, braid, receiver);
+        note_sent(*task.equilibrium, light, braid, receiver, sent);
+      }
+      if (rows) rows->add(braid, source.view, receiver.trees, receiver.groups.view());
+      report.links += braid.count();
+      report.link_bytes += braid.bytes();
+      source_elements += source.view.head().elements;
+      // (f) Discard links where they are not kept.
+      if (task.linking == Linking::kMakeAndDiscard && source.id != task.receiver) braid = {};
     }
-    if (rows) rows->add(braid, *source, receiver.trees, receiver.groups.view());
-    report.links += braid.count();
-    report.link_bytes += braid.bytes();
-    report.source_elements += source->head().elements;
-    largest_source = std::max<std::uint64_t>(largest_source, source->head().elements);
-    // (f) to (j) Discard links where they are not kept; release S.
-    if (task.linking == Linking::kMakeAndDiscard && s != task.receiver) braid = {};
+    report.source_elements += source_elements;
+    most_source_elements = std::max(most_source_elements, source_elements);
+    first += installed->size();
+    // (g) to (j) Release S.
   }
 
   const std::vector<PushPullSums> sums = gather_within(task, *before, own, receiver, sent);
   pull_groups(receiver.trees, receiver.groups);
   for (const PushPullSums& s : sums) report.sums.add(s);
-  for (const RefineCounters& c : receiver.refined) report.refined.add(c);
+  report.refined = receiver.refined;
   report.solver_seconds = now() - start - (store.counters().io_seconds - io_before);
 
   // What may fail comes before R changes: a gather is done wholly or not at all.
@@ -381,9 +477,9 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   write_record(task.receiver.value, receiver.trees, edit->bytes(), receiver.groups);
   tell(*task.equilibrium, task.receiver, receiver, sums, sent, rows ? &*rows : nullptr);
 
-  report.working_set_elements = report.elements + largest_source;
+  report.working_set_elements = report.elements + most_source_elements;
   report.working_set_bytes =
-      bytes + largest_source * sizeof(Element) + report.link_bytes + blocker_bytes;
+      bytes + most_source_elements * sizeof(Element) + report.link_bytes + blocker_bytes;
   return report;
 }
 

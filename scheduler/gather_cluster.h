@@ -7,8 +7,9 @@
 //   5. Extract R   6. SetDirty R   7. Release R
 //
 // S is not dirtied (the paper's 3(i)): a source's finer levels are evaluated, never stored on it.
-// One caller; inside, the receiver's patches are worked on by all threads, each patch by one, in a
-// fixed order of sources: the same bits for any number of threads.
+// One caller; inside, the receiver's patches are worked on by all threads, each patch or branch of
+// a large one by one of them, in a fixed order of sources: the same bits for any number of threads.
+// For that threads have enough to do, sources are installed a few at a time.
 #pragma once
 
 #include <vector>

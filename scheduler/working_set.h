@@ -1,6 +1,7 @@
 // Working set: what a gather needs in memory at once. The receiver's trees, taken out of its
 // record; the blockers of all that stands in cells it can see, with their shaft index and ray
-// structure; one source at a time, pinned in the arena. [THFH94 §4 figure 2, §5]
+// structure; a few sources at a time, one of them pinned in the arena at the most. [THFH94 §4
+// figure 2, §5]
 //
 // Blockers are the model's own polygons, which stay in memory: no record is read for them.
 // Receivers of one room share a RayWorld, of all that anything in the room may see; which one a

@@ -2,6 +2,13 @@
 
 namespace atrium {
 
+void LinkSet::append(const LinkSet& more) {
+  links.insert(links.end(), more.links.begin(), more.links.end());
+  couplings.insert(couplings.end(), more.couplings.begin(), more.couplings.end());
+  thin.insert(thin.end(), more.thin.begin(), more.thin.end());
+  doubts.insert(doubts.end(), more.doubts.begin(), more.doubts.end());
+}
+
 Braid plait(ClusterId source, std::span<const LinkSet> sets) {
   Braid b;
   b.source = source;

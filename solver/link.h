@@ -42,6 +42,7 @@ struct LinkSet {
   std::vector<ThinLink> thin;
   std::vector<Doubt> doubts;
   bool empty() const { return links.empty() && thin.empty() && doubts.empty(); }
+  void append(const LinkSet& more);
 };
 
 // All links between two clusters, in one run of each kind.

@@ -210,13 +210,19 @@ void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out)
     if (!source.groups.groups[g].inner) descend_group({0, &root}, group_source(g));
 }
 
+void Refiner::link(Branch& receiver, const SourceRoots& source, LinkSet& out) {
+  branch_ = &receiver;
+  link(receiver.tree, source, out);
+  branch_ = nullptr;
+}
+
 // A pair of patches, or of an element and a patch.
 void Refiner::meet_roots(std::int32_t receiver, const Site& site, const Source& source) {
   if (source.patch->head->patch == tree_->head.patch) return;
   if (!facing(site, *source.site, settings_.tolerance)) return;
   doubt_ = 0;
   descend(receiver, site, source, nullptr);
-  note_doubt(source.patch_index, tree_->elements[0].area);
+  note_doubt(source.patch_index, tree_->elements[branch_ ? branch_->foot : 0].area);
 }
 
 void Refiner::note_doubt(std::uint32_t source_patch, double area) {
@@ -454,6 +460,7 @@ void Refiner::descend_receiver(std::int32_t receiver, const Source& source, cons
   ++counters_.splits;
   const std::int32_t child = tree_->elements[receiver].child;
   for (std::int32_t c = child; c < child + 2; ++c) {
+    if (!goes_down_to(c)) continue;
     const Site site = make_site(tree_->view(), c);
     if (facing(site, *source.site, settings_.tolerance)) descend(c, site, source, &tube);
   }
@@ -526,6 +533,7 @@ Kernel Refiner::seen_by_rays(const Site& receiver, const Site& source, const Ker
 
 void Refiner::full_link(std::int32_t receiver, const Site& site, const Source& source,
                         const Sight& sight, bool by_ray) {
+  if (!links(receiver)) return;
   doubt_ += sight.variance * site.area;
   if (!(sight.seen.mean > 0)) return;
   const int n = coefficient_count(order_);
@@ -549,6 +557,7 @@ void Refiner::thin_link(std::int32_t receiver, const Site& site, const Source& s
 
 void Refiner::thin_link(std::int32_t receiver, const Source& source, const SurfacePoint& from,
                         const SurfacePoint& to, double receiver_area, double source_area) {
+  if (!links(receiver)) return;
   const Vec3 d = to.x - from.x;
   const double cx = dot(from.normal, d), cy = -dot(to.normal, d);
   if (cx <= 0 || cy <= 0) return;

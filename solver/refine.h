@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "engine/cluster_record.h"
+#include "solver/branch.h"
 #include "solver/coupling.h"
 #include "solver/face_groups.h"
 #include "solver/form_factor.h"
@@ -73,6 +74,8 @@ class Refiner {
   // patch pairs, refined on the spot. Splits leaves of `receiver`. The thin ones may still wait for
   // a full packet of rays: `out` is complete after flush(). [THFH94 §5.1]
   void link(PatchTree& receiver, const SourceRoots& source, LinkSet& out);
+  // The branch's part of that.
+  void link(Branch& receiver, const SourceRoots& source, LinkSet& out);
   // The same for a group that is part of no other, and all patches in it.
   void link(const GroupReceiver& receiver, std::uint32_t group, const SourceRoots& source);
   void flush();
@@ -133,6 +136,10 @@ class Refiner {
   void note_doubt(std::uint32_t source_patch, double area);
   void full_link(std::int32_t receiver, const Site& site, const Source& source, const Sight& sight,
                  bool by_ray);
+  bool goes_down_to(std::int32_t element) const {
+    return !branch_ || branch_->goes_down_to(element);
+  }
+  bool links(std::int32_t element) const { return !branch_ || branch_->links(element); }
   double misfit(std::int32_t receiver, const Site& site, const Kernel& kernel) const;
   double weight(std::int32_t receiver, double arriving) const;
 
@@ -156,6 +163,7 @@ class Refiner {
   Surroundings around_;
   RefineCounters counters_;
   PatchTree* tree_ = nullptr;
+  const Branch* branch_ = nullptr;  // that tree_ is of; null where it is whole
   int order_ = 1;
   std::span<const Spectrum> pending_;  // of the source at hand
   double doubt_ = 0;                   // m², of the patch pair at hand

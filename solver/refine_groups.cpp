@@ -266,6 +266,7 @@ bool Refiner::split_target(const Target& target, const Source& source) {
   ++counters_.splits;
   const std::int32_t child = tree_->elements[target.number].child;
   for (std::int32_t c = child; c < child + 2; ++c) {
+    if (!goes_down_to(c)) continue;
     const Site site = make_site(tree_->view(), c);
     meet({c, &site}, source);
   }
