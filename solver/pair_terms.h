@@ -31,8 +31,9 @@ inline constexpr double kUnsure = 0.04;
 // Of the variation below a partly hidden source's element, how much may go by what is hidden: the
 // spot that a lamp's panel lights on the ceiling above it is hidden from all but the panel.
 inline constexpr double kHidden = 1;
-// Of the light at an element, how much is taken to jump across a contact line; and how many times a
-// link's threshold that may leave, as the errors of about ten links together do.
+// Of the light at an element, or of what a link may bring it, how much is taken to jump across a
+// contact line; and how many times a link's threshold that may leave of all the light, as the errors
+// of about ten links together do.
 inline constexpr double kJump = 0.5;
 inline constexpr double kJumpOfLinks = 3;
 // From the standard deviation of E over an element to how far below the mean its dark end lies: √3
@@ -57,6 +58,9 @@ double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel);
 
 // The least of the receiver's nodes' configuration factors.
 double darkest_row(const Kernel& kernel);
+
+// The most that any part of the receiver is known to see: in the mean, or at a probe.
+double largest_factor(const Kernel& kernel);
 
 // Share of the transfer that comes through, weighed pair by pair.
 double seen_share(const Site& r, const Kernel& open, const Kernel& seen);

@@ -75,6 +75,13 @@ double darkest_row(const Kernel& kernel) {
   return *std::min_element(kernel.row.begin(), kernel.row.begin() + kernel.rows);
 }
 
+double largest_factor(const Kernel& kernel) {
+  double most = kernel.mean;
+  for (const Probe& probe : std::span(kernel.probes).first(kernel.probe_count))
+    most = std::max(most, probe.factor);
+  return most;
+}
+
 double seen_share(const Site& r, const Kernel& open, const Kernel& seen) {
   double part = 0, all = 0;
   for (int k = 0; k < open.rows; ++k)
@@ -396,7 +403,9 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
       variation = std::max(variation, kHidden * source.detail * open.mean);
   }
   const bool by_ray = counters_.rays > rays_before;
-  const double shape = stake * sight.misfit, shadow = stake * sight.shadow;
+  // What stands on the receiver hides the source from a part of it, or shows it to that part alone.
+  const double jump = kJump * largest_factor(open) * tree_->elements[receiver].crossing;
+  const double shape = stake * sight.misfit, shadow = stake * std::max(sight.shadow, jump);
   const double error = std::sqrt(squared(shape) + squared(shadow) + squared(variation));
   const double arriving = source.radiosity * darkest_row(sight.seen);
   if (error * weight(receiver, arriving) <= settings_.threshold)
