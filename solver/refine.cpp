@@ -314,48 +314,51 @@ Variety Refiner::draw(Tube& tube, const Tube* parent, const Site& r, const Site&
 }
 
 // Of a transfer so heavy that what sixteen rays leave open may be too much the blockers are asked
-// for: past few it is measured. What goes down for its shape in any case is asked with one packet
-// whether any of it is seen; but the patches themselves are asked for their blockers, for if there
-// are none all below is known. Other transfers, most of them, take sixteen rays: a tube past a
+// for: past few it is measured. Other transfers, most of them, take sixteen rays: a tube past a
 // room's furniture costs as much as twenty such packets, and what it could add is far below their
 // threshold.
 Variety Refiner::look_through(Tube& tube, const Tube* parent, std::int32_t receiver,
                               const Site& site, const Source& source, const Kernel& open,
                               bool goes_down, Sight& sight) {
+  if (!(open.mean > 0) || (parent && inherits(*parent)))
+    return draw(tube, parent, site, *source.site);
   const double transfer = source.radiosity * open.mean;
-  const bool known = !(open.mean > 0) || (parent && inherits(*parent));
   const bool heavy = kMixed * transfer * weight(receiver, 0) > kHeavy * settings_.threshold;
-  bool drawn = known || (heavy && !(goes_down && parent));
-  if (drawn) {
-    const Variety v = draw(tube, parent, site, *source.site);
-    if (v != Variety::PARTIAL || !(open.mean > 0)) return v;
-  }
-  std::optional<Kernel> seen;
-  if (goes_down) {
-    seen = seen_by_rays(site, *source.site, open);
-    if (seen->mean > 0) {
-      if (!drawn) tube = skip_tube(parent);
-      const double v = seen_share(site, open, *seen);
-      sight.seen = *seen;
-      sight.shadow = kMixed * std::sqrt(v * (1 - v)) * open.mean;
-      sight.variance += variance_of(open.mean, v);
-      return Variety::PARTIAL;
-    }
-    if (heavy && !drawn) {
-      if (draw(tube, parent, site, *source.site) == Variety::INVISIBLE) return Variety::INVISIBLE;
-      drawn = true;
-    }
-  }
-  if (!drawn) {
+  if (goes_down) return glance(tube, parent, receiver, site, source, open, heavy, sight);
+  if (!heavy) {
     tube = skip_tube(parent);
-  } else if (!tube.crowded && tube.count <= kFewBlockers) {
-    if (const auto measured = measure(receiver, site, *source.site, open, tube)) {
-      sight = *measured;
-      return Variety::PARTIAL;
-    }
+    sight = see(receiver, site, source, open, seen_by_rays(site, *source.site, open));
+    return Variety::PARTIAL;
   }
-  if (!seen) seen = seen_by_rays(site, *source.site, open);
-  sight = see(receiver, site, source, open, *seen);
+  const Variety v = draw(tube, parent, site, *source.site);
+  if (v == Variety::PARTIAL && !measure(receiver, site, source, open, tube, sight))
+    sight = see(receiver, site, source, open, seen_by_rays(site, *source.site, open));
+  return v;
+}
+
+// What goes down for its shape in any case is asked with one packet whether any of it is seen, and
+// for its blockers only where none is; but the patches themselves are asked for theirs first, for
+// if there are none all below is known.
+Variety Refiner::glance(Tube& tube, const Tube* parent, std::int32_t receiver, const Site& site,
+                        const Source& source, const Kernel& open, bool heavy, Sight& sight) {
+  if (heavy && !parent) {
+    const Variety v = draw(tube, parent, site, *source.site);
+    if (v != Variety::PARTIAL) return v;
+  }
+  const Kernel seen = seen_by_rays(site, *source.site, open);
+  if (!heavy || (parent && seen.mean > 0)) {
+    tube = skip_tube(parent);
+  } else if (parent && draw(tube, parent, site, *source.site) == Variety::INVISIBLE) {
+    return Variety::INVISIBLE;
+  }
+  if (seen.mean > 0) {
+    const double v = seen_share(site, open, seen);
+    sight.seen = seen;
+    sight.shadow = kMixed * std::sqrt(v * (1 - v)) * open.mean;
+    sight.variance += variance_of(open.mean, v);
+  } else if (!heavy || !measure(receiver, site, source, open, tube, sight)) {
+    sight = see(receiver, site, source, open, seen);
+  }
   return Variety::PARTIAL;
 }
 
@@ -442,27 +445,29 @@ Refiner::Sight Refiner::see(std::int32_t receiver, const Site& site, const Sourc
   return sight;
 }
 
-// What the receiver's nodes see of the source and the other way round, both exactly. The end from
-// which the share varies less is the one far from what stands between, and integrates it better;
-// how far the two are apart is how well the nodes do.
-std::optional<Refiner::Sight> Refiner::measure(std::int32_t receiver, const Site& r, const Site& s,
-                                               const Kernel& open, const Tube& tube) const {
+// What the receiver's nodes see of the source and the other way round, both exactly, where few
+// stand between; false where that is not to be had. The end from which the share varies less is the
+// one far from what stands between, and integrates it better; how far the two are apart is how well
+// the nodes do.
+bool Refiner::measure(std::int32_t receiver, const Site& r, const Source& source,
+                      const Kernel& open, const Tube& tube, Sight& sight) const {
+  if (tube.crowded || tube.count > kFewBlockers) return false;
+  const Site& s = *source.site;
   const BlockerList blockers{tube.list(), around_.index->blockers(), settings_.tolerance};
   const std::optional<Kernel> by_receiver = seen_by_receiver(r, s, open, blockers);
-  if (!by_receiver) return std::nullopt;
+  if (!by_receiver) return false;
   const std::optional<Kernel> by_source = seen_by_source(r, s, open, blockers);
-  if (!by_source) return std::nullopt;
+  if (!by_source) return false;
   const double rows = variance_over_rows(r, open, *by_receiver);
   const double columns = variance_over_columns(r, s, open, *by_source);
   const double apart = by_receiver->mean - by_source->mean;
   const double rough = squared(open.mean) * std::min(rows, columns);
-  Sight sight;
   sight.seen = rows <= columns ? *by_receiver : *by_source;
   sight.misfit = misfit(receiver, r, *by_receiver);
   sight.shadow = std::max(kUnsure * (open.mean + misfit(receiver, r, open)),
                           std::sqrt(squared(apart) + squared(kSmooth) * rough));
   sight.variance = squared(kUnsureShape * open.mean) + squared(apart) + rough;
-  return sight;
+  return true;
 }
 
 void Refiner::descend_receiver(std::int32_t receiver, const Source& source, const Tube& tube) {

@@ -122,12 +122,14 @@ class Refiner {
                       const Tube& tube);
   Variety look_through(Tube& tube, const Tube* parent, std::int32_t receiver, const Site& site,
                        const Source& source, const Kernel& open, bool goes_down, Sight& sight);
+  Variety glance(Tube& tube, const Tube* parent, std::int32_t receiver, const Site& site,
+                 const Source& source, const Kernel& open, bool heavy, Sight& sight);
   Tube skip_tube(const Tube* parent);
   Variety draw(Tube& tube, const Tube* parent, const Site& r, const Site& s);
   Sight see(std::int32_t receiver, const Site& site, const Source& source, const Kernel& open,
             const Kernel& seen);
-  std::optional<Sight> measure(std::int32_t receiver, const Site& r, const Site& s,
-                               const Kernel& open, const Tube& tube) const;
+  bool measure(std::int32_t receiver, const Site& r, const Source& source, const Kernel& open,
+               const Tube& tube, Sight& sight) const;
   Kernel seen_by_rays(const Site& receiver, const Site& source, const Kernel& open);
   double scattered_share(const Site& receiver, const Site& source);
   void thin_link(std::int32_t receiver, const Site& site, const Source& source);
