@@ -6,10 +6,10 @@
 #include <unordered_map>
 
 #include "engine/cluster_record.h"
+#include "scheduler/relight.h"
 #include "scheduler/run_model.h"
 #include "scheduler/stored_patches.h"
 #include "solver/element_tree.h"
-#include "solver/face_groups.h"
 #include "solver/push_pull.h"
 
 namespace atrium {
@@ -64,23 +64,6 @@ PushPullSums sums_of(const PatchHead& head, const Spectrum& irradiance) {
   return s;
 }
 
-// E as it becomes on the leaves where the same comes to all of them; light is never negative.
-void fill(const PatchTree& tree, const Spectrum& more, GatherSlots& slots) {
-  const std::size_t k = std::size_t(tree.view().k());
-  slots.reset(tree.elements.size(), int(k));
-  for (std::size_t i = 0; i < tree.elements.size(); ++i) {
-    if (!tree.elements[i].leaf()) continue;
-    double* g = &slots.g[i * k * kGatherChannels];
-    for (int c = 0; c < kChannels; ++c) {
-      for (std::size_t a = 0; a < k; ++a)
-        g[a * kGatherChannels + c] = tree.e[(i * k + a) * kChannels + c];
-      g[c] += more[c];
-      if (g[c] < 0)
-        for (std::size_t a = 0; a < k; ++a) g[a * kGatherChannels + c] = 0;
-    }
-  }
-}
-
 // Elements and light of the same patch as it was, and what of its directions leaves the scene
 // unless that is to be measured anew.
 void take_over(const PatchTree& was, bool sees_anew, PatchTree& tree) {
@@ -95,17 +78,7 @@ Status put_in_pending(ClusterStore& store, ClusterId id, Equilibrium& equilibriu
   if (!edit.ok()) return edit.status();
   const Result<ClusterView> before = ClusterView::parse(edit->bytes());
   if (!before.ok()) return before.status();
-  std::vector<PatchTree> trees = read_record(*before);
-  const std::vector<Spectrum> pending = equilibrium.pending(id);
-  for (std::size_t p = 0; p < trees.size(); ++p) {
-    if (trees[p].head.inert) continue;
-    GatherSlots slots;
-    fill(trees[p], pending[p], slots);
-    push_pull(trees[p], slots, Closing{});
-  }
-  GroupTree groups = read_groups(*before);
-  pull_groups(trees, groups);
-  write_record(id.value, trees, edit->bytes(), groups);
+  relight(*before, *edit, equilibrium.pending(id));
   equilibrium.put_in(id);
   return {};
 }
