@@ -225,16 +225,16 @@ void plan_gaps(const Prepared& p, Plan& plan) {
                           format_length(plan.closed_gaps.front().width) + " wide");
 }
 
-Status budget_too_small(const char* option, std::uint64_t given, std::uint64_t smallest) {
-  return Status(Code::kUsage, "", option,
-                std::to_string(given) + " bytes are too small for this scene",
-                "the smallest that will do is " + std::to_string(smallest) + " bytes");
-}
-
 }  // namespace
 
 bool forces(const SolveOptions& options, const std::string& feature) {
   return std::find(options.force.begin(), options.force.end(), feature) != options.force.end();
+}
+
+Status budget_too_small(const char* option, std::uint64_t given, std::uint64_t smallest) {
+  return Status(Code::kUsage, "", option,
+                std::to_string(given) + " bytes are too small for this scene",
+                "the smallest that will do is " + std::to_string(smallest) + " bytes");
 }
 
 Status validate(const SolveOptions& o) {
@@ -316,8 +316,9 @@ Result<Plan> plan(const SolveOptions& options) {
     if (!warm.ok()) return warm.status();
     Equilibrium equilibrium(p->model, {});
     Cursor cursor;
-    (*warm)->begin(equilibrium, cursor);
+    ATRIUM_RETURN_IF_ERROR((*warm)->begin(equilibrium, cursor));
     p->plan.warm = (*warm)->figures(equilibrium);
+    p->plan.smallest_memory = (*warm)->smallest_memory();
   }
   return p->plan;
 }

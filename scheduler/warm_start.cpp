@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "engine/cluster_record.h"
+#include "scheduler/memory.h"
 #include "scheduler/relight.h"
 #include "scheduler/run_model.h"
 #include "scheduler/stored_patches.h"
@@ -93,6 +94,7 @@ Result<std::unique_ptr<WarmStart>> WarmStart::open(const SolveOptions& options,
   warm->match_clusters();
   ATRIUM_RETURN_IF_ERROR(warm->compare());
   warm->look_for_moved();
+  warm->forget_what_was_seen();
   return warm;
 }
 
@@ -119,18 +121,13 @@ Status WarmStart::open_run() {
   Result<RunModel> run = load_run_model(*store_, from);
   if (!run.ok()) return run.status();
   run_ = std::move(run).value();
+  smallest_memory_ = prepared_.plan.smallest_memory + bytes_of(run_.model);
+  if (options_.memory < smallest_memory_)
+    return budget_too_small("--memory", options_.memory, smallest_memory_);
   if (run_.order != options_.basis)
     return refuse(from, "the run is of basis " + std::to_string(run_.order),
                   "give --basis " + std::to_string(run_.order) + ", or solve without --from");
-  const auto record = store_->stream_in(kFactorsRecord);
-  if (!record.ok()) return record.status();
-  Result<CoarseFactors> factors = coarse_factors(*record);
-  if (!factors.ok()) return factors.status();
-  factors_ = std::move(factors).value();
   units_.emplace(run_.model, std::span<const ClusterId>());
-  if (factors_.rows.size() != units_->units())
-    return Status(Code::kStore, from, to_string(kFactorsRecord), "it is not of this model's units",
-                  "run atrium check on the run");
   return {};
 }
 
@@ -246,6 +243,14 @@ void WarmStart::look_for_moved() {
   kept_.clusters_changed = std::uint64_t(std::ranges::count(changed_, true));
 }
 
+// Before the arena fills.
+void WarmStart::forget_what_was_seen() {
+  Model left;
+  left.patches = std::move(run_.model.patches);
+  left.clusters = std::move(run_.model.clusters);
+  run_.model = std::move(left);
+}
+
 // A tree that begins with one element: lit as its patch was, or as all is in the mean.
 PatchTree WarmStart::plant_anew(std::uint32_t patch) const {
   PatchTree tree = plant(model_, prepared_.scene, PatchId(patch), options_.basis);
@@ -297,9 +302,10 @@ std::vector<UnitEdit> WarmStart::edits(const Equilibrium& equilibrium) const {
   return edits;
 }
 
-void WarmStart::begin(Equilibrium& equilibrium, Cursor& cursor) const {
-  if (!takes_over()) return;
-  equilibrium.take_over(factors_, edits(equilibrium));
+Status WarmStart::begin(Equilibrium& equilibrium, Cursor& cursor) const {
+  if (!takes_over()) return {};
+  ATRIUM_RETURN_IF_ERROR(
+      equilibrium.take_over(*store_, units_->units(), edits(equilibrium)));
   const double pending =
       std::max(kDimmest, 1 + equilibrium.flux_pending() / light_.flux_in);
   const Cursor& old = state_.cursor;
@@ -316,11 +322,12 @@ void WarmStart::begin(Equilibrium& equilibrium, Cursor& cursor) const {
     ++reached;
   }
   cursor.to_mend = reached > 0 && old.mended;
-  if (reached > 0) return;
+  if (reached > 0) return {};
   cursor.phase = Phase::kJudge;
   cursor.mended = old.mended;
   cursor.rest = 0;
   cursor.unseen = std::abs(equilibrium.flux_pending()) / light_.flux_in;
+  return {};
 }
 
 WarmFigures WarmStart::figures(const Equilibrium& equilibrium) const {
