@@ -14,8 +14,8 @@ static_assert(std::endian::native == std::endian::little, "the page store is lit
 
 namespace {
 
-constexpr const char* kKindNames[kRecordKinds] = {"directory", "cluster", "unused", "model",
-                                                  "other",     "braids",  "equilibrium", "mend"};
+constexpr const char* kKindNames[kRecordKinds] = {
+    "directory", "cluster", "unused", "model", "other", "braids", "equilibrium", "mend", "factors"};
 
 std::uint64_t header_hash_of(const RecordHeader& header) {
   return XXH3_64bits(&header, offsetof(RecordHeader, header_hash));

@@ -28,9 +28,10 @@ enum class RecordKind : std::uint8_t {
   kOther = 4,
   kBraids = 5,       // a receiver's links
   kEquilibrium = 6,  // the iteration's coarse system
-  kMend = 7          // what a local pass adds to a cluster's solution
+  kMend = 7,         // what a local pass adds to a cluster's solution
+  kFactors = 8       // what is left of the coarse system when the run has ended
 };
-inline constexpr std::size_t kRecordKinds = 8;
+inline constexpr std::size_t kRecordKinds = 9;
 
 struct RecordId {
   std::uint64_t value = 0;  // kind in the top byte, index below

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <climits>
 #include <cmath>
 #include <numbers>
 
@@ -304,6 +305,17 @@ Result<BrightSources> BrightSources::find(const Model& model, ClusterStore& stor
     all.sources_.push_row(row);
   }
   return all;
+}
+
+std::size_t BrightSources::bytes() const {
+  constexpr std::size_t kHeapsOwn = 16;  // about an outline
+  std::size_t polygons = 0;
+  for (const BrightSource& s : sources_.items)
+    polygons += s.polygon.capacity() * sizeof(Vec3) + kHeapsOwn;
+  return polygons + sources_.items.capacity() * sizeof(BrightSource) +
+         sources_.starts.capacity() * sizeof(std::uint32_t) +
+         outlines_.capacity() * sizeof(SourceOutline) +
+         (is_lamp_.capacity() + has_bright_elements_.capacity()) / CHAR_BIT;
 }
 
 bool BrightSources::reflects_brightly(const PatchView& patch, std::int32_t leaf) const {

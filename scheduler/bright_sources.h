@@ -73,6 +73,7 @@ class BrightSources {
   // Is the leaf of this patch, or an element above it, one of the sources?
   bool reflects_brightly(const PatchView& patch, std::int32_t leaf) const;
   std::size_t size() const { return sources_.items.size(); }
+  std::size_t bytes() const;  // of memory
 
   // What a point of a cluster, or one in the air, may see of them.
   void look(const Vec3& x, const Vec3& normal, ClusterId cluster,

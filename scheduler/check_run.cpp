@@ -11,6 +11,8 @@
 #include "engine/stopwatch.h"
 #include "pagestore/root.h"
 #include "scheduler/braid_record.h"
+#include "scheduler/equilibrium.h"
+#include "scheduler/record_pieces.h"
 #include "scheduler/run_model.h"
 #include "scheduler/run_state.h"
 #include "scheduler/status_page.h"
@@ -51,7 +53,6 @@ Status parse_record(RecordId id, std::span<const std::byte> payload) {
     return Status(Code::kStore, "", "", "it is of another cluster", kDamageRemedy);
   }
   if (kind_of(id) == RecordKind::kBraids) return read_braids(payload).status();
-  if (id == kFactorsRecord) return coarse_factors(payload).status();
   return {};
 }
 
@@ -66,7 +67,7 @@ Status check_records(ClusterStore& store, const std::string& directory) {
   return {};
 }
 
-// The model loads, and every cluster of it has its record.
+// The model loads, and every cluster of it has its record, and the coarse system its units.
 Status check_model(ClusterStore& store, const std::string& directory) {
   const Result<RunModel> run = load_run_model(store, directory);
   if (!run.ok()) return run.status();
@@ -74,7 +75,12 @@ Status check_model(ClusterStore& store, const std::string& directory) {
     const RecordId id = record_id(RecordKind::kCluster, c);
     if (!store.contains(id)) return missing(directory, id);
   }
-  return {};
+  if (!has_pieces(store, RecordKind::kFactors)) return {};
+  const Equilibrium equilibrium(run->model, {});
+  const auto pass = [](std::size_t, std::span<const CoarseFactor>) {};
+  const Status factors = read_coarse_factors(store, equilibrium.units(), pass).status();
+  if (factors.ok()) return {};
+  return Status(Code::kStore, directory, factors.place(), factors.cause(), kDamageRemedy);
 }
 
 std::vector<CheckedRecords> counted(const ClusterStore& store) {

@@ -8,8 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
-#include "scheduler/record_bytes.h"
+#include "scheduler/record_pieces.h"
 
 namespace atrium {
 
@@ -48,6 +49,11 @@ struct Head {
   std::uint64_t units = 0, sweeps = 0;
   double reach = 0, last_change = 0;
 };
+
+Status of_other_units(RecordKind kind) {
+  return Status(Code::kStore, "", to_string(record_id(kind, 0)), "it is not of this model's units",
+                "run atrium check on the run");
+}
 
 // m², of what takes part in the exchange of light.
 double lit_area(const Model& model, std::uint32_t patch) {
@@ -326,38 +332,36 @@ void Equilibrium::solve_for(std::span<const Spectrum> residual) {
   }
 }
 
-CoarseFactors Equilibrium::factors() const {
-  CoarseFactors factors{{}, detail_share_};
-  for (const auto& row : k_) {
-    factors.rows.emplace_back();
-    for (const CoarseEntry& e : row) factors.rows.back().push_back({e.unit, e.form_factor});
-  }
-  return factors;
-}
-
-void Equilibrium::take_over(const CoarseFactors& before, std::span<const UnitEdit> edits) {
-  std::vector<std::uint32_t> now(before.rows.size(), UnitEdit::kNew);
+Status Equilibrium::take_over(ClusterStore& before, std::size_t units_before,
+                              std::span<const UnitEdit> edits) {
+  std::vector<std::uint32_t> now(units_before, UnitEdit::kNew);
   for (std::size_t u = 0; u < units(); ++u)
     if (edits[u].before != UnitEdit::kNew) now[edits[u].before] = std::uint32_t(u);
   std::vector<Spectrum> residual(units(), Spectrum{0});
-  for (std::size_t u = 0; u < units(); ++u) {
-    if (edits[u].before == UnitEdit::kNew) continue;
-    detail_share_[u] = before.detail_shares[edits[u].before];
+  const auto take_row = [&](std::size_t unit, std::span<const CoarseFactor> factors) {
+    const std::uint32_t u = now[unit];
+    if (u == UnitEdit::kNew) return;
     std::vector<CoarseEntry> row;
-    for (const CoarseFactors::Entry& e : before.rows[edits[u].before]) {
-      const std::uint32_t unit = now[e.unit];
-      if (unit == UnitEdit::kNew) continue;
-      const UnitEdit& source = edits[unit];
-      const Spectrum share = double(e.form_factor) * source.reflectance;
-      row.push_back({unit, {float(share[0]), float(share[1]), float(share[2])}, e.form_factor});
-      residual[u] += double(e.form_factor) * source.change;
+    for (const CoarseFactor& f : factors) {
+      const std::uint32_t from = f.unit < now.size() ? now[f.unit] : UnitEdit::kNew;
+      if (from == UnitEdit::kNew) continue;
+      const UnitEdit& source = edits[from];
+      const Spectrum share = double(f.form_factor) * source.reflectance;
+      row.push_back({from, {float(share[0]), float(share[1]), float(share[2])}, f.form_factor});
+      residual[u] += double(f.form_factor) * source.change;
     }
     std::ranges::sort(row, {}, &CoarseEntry::unit);
-    set_row(std::uint32_t(u), std::move(row));
-  }
+    row.shrink_to_fit();
+    set_row(u, std::move(row));
+  };
+  const Result<std::vector<double>> shares = read_coarse_factors(before, units_before, take_row);
+  if (!shares.ok()) return shares.status();
+  for (std::size_t u = 0; u < units(); ++u)
+    if (edits[u].before != UnitEdit::kNew) detail_share_[u] = (*shares)[edits[u].before];
   sweeps_ = kLearning;  // shares of detail are of all that sees a unit, and not learnt from a part
   reached_.assign(reached_.size(), Reached::kNot);
   solve_for(residual);
+  return {};
 }
 
 void Equilibrium::begin_sweep() {
@@ -387,75 +391,88 @@ void Equilibrium::spread_gains() {
   for (std::size_t u = 0; u < units(); ++u) pending_[u] = x[u] - change_[u];
 }
 
-// Little endian, as in memory: Head, sizes of the rows, their entries, then by unit the
-// change, what of it went beyond, what is pending, owed and came; then the sums of what it sent,
-// its share of detail, and the trust; then by cluster its reach.
-std::vector<std::byte> Equilibrium::saved() const {
-  RecordOut out;
-  const Head head{units(), sweeps_, reach_, last_change_};
-  out.put(std::span(&head, 1));
+namespace {
+
+Status put_sizes(std::span<const std::vector<CoarseEntry>> rows, PiecesOut& out) {
   std::vector<std::uint32_t> sizes;
-  for (const auto& row : k_) sizes.push_back(std::uint32_t(row.size()));
-  out.put(std::span<const std::uint32_t>(sizes));
-  for (const auto& row : k_) out.put(std::span<const CoarseEntry>(row));
-  for (const auto* light : {&change_, &beyond_, &pending_, &owed_, &came_})
-    out.put(std::span<const Spectrum>(*light));
-  for (const auto* sums : {&sent_, &missed_, &left_out_, &detail_share_, &trust_})
-    out.put(std::span<const double>(*sums));
-  out.put(std::span<const Reached>(reached_));
-  return out.take();
+  for (const auto& row : rows) sizes.push_back(std::uint32_t(row.size()));
+  return out.put(std::span(std::as_const(sizes)));
 }
 
-Status Equilibrium::restore(std::span<const std::byte> record) {
-  RecordIn in(record);
-  const Status broken(Code::kStore, "", "equilibrium record",
-                      "its length is not what it says it holds", "run atrium check on the run");
+}  // namespace
+
+// Head, sizes of the rows, their entries, then by unit the change, what of it went beyond, what is
+// pending, owed and came; then the sums of what it sent, its share of detail, and the trust; then by
+// cluster its reach.
+Status Equilibrium::save(ClusterStore& store) const {
+  PiecesOut out(store, RecordKind::kEquilibrium);
+  const Head head{units(), sweeps_, reach_, last_change_};
+  ATRIUM_RETURN_IF_ERROR(out.put(std::span(&head, 1)));
+  ATRIUM_RETURN_IF_ERROR(put_sizes(k_, out));
+  for (const auto& row : k_) ATRIUM_RETURN_IF_ERROR(out.put(std::span(row)));
+  for (const auto* light : {&change_, &beyond_, &pending_, &owed_, &came_})
+    ATRIUM_RETURN_IF_ERROR(out.put(std::span(*light)));
+  for (const auto* sums : {&sent_, &missed_, &left_out_, &detail_share_, &trust_})
+    ATRIUM_RETURN_IF_ERROR(out.put(std::span(*sums)));
+  ATRIUM_RETURN_IF_ERROR(out.put(std::span(reached_)));
+  return out.finish();
+}
+
+Status Equilibrium::restore(ClusterStore& store) {
+  PiecesIn in(store, RecordKind::kEquilibrium);
   std::vector<Head> head;
   std::vector<std::uint32_t> sizes;
-  if (!in.get(head, 1) || head[0].units != units() || !in.get(sizes, units())) return broken;
+  ATRIUM_RETURN_IF_ERROR(in.get(head, 1));
+  if (head[0].units != units()) return of_other_units(RecordKind::kEquilibrium);
+  ATRIUM_RETURN_IF_ERROR(in.get(sizes, units()));
   for (std::size_t u = 0; u < units(); ++u) {
     std::vector<CoarseEntry> row;
-    if (!in.get(row, sizes[u])) return broken;
+    ATRIUM_RETURN_IF_ERROR(in.get(row, sizes[u]));
     set_row(std::uint32_t(u), std::move(row));
   }
   for (auto* light : {&change_, &beyond_, &pending_, &owed_, &came_})
-    if (!in.get(*light, units())) return broken;
+    ATRIUM_RETURN_IF_ERROR(in.get(*light, units()));
   for (auto* sums : {&sent_, &missed_, &left_out_, &detail_share_, &trust_})
-    if (!in.get(*sums, units())) return broken;
-  if (!in.get(reached_, reached_.size())) return broken;
-  if (!in.empty()) return broken;
+    ATRIUM_RETURN_IF_ERROR(in.get(*sums, units()));
+  ATRIUM_RETURN_IF_ERROR(in.get(reached_, reached_.size()));
   sweeps_ = head[0].sweeps;
   reach_ = head[0].reach;
   last_change_ = head[0].last_change;
-  return {};
+  return in.finish();
 }
 
-// Little endian, as in memory: units, sizes of the rows, their entries, shares of detail.
-std::vector<std::byte> to_bytes(const CoarseFactors& factors) {
-  RecordOut out;
-  const std::uint64_t units = factors.rows.size();
-  out.put(std::span(&units, 1));
-  std::vector<std::uint32_t> sizes;
-  for (const auto& row : factors.rows) sizes.push_back(std::uint32_t(row.size()));
-  out.put(std::span<const std::uint32_t>(sizes));
-  for (const auto& row : factors.rows) out.put(std::span<const CoarseFactors::Entry>(row));
-  out.put(std::span<const double>(factors.detail_shares));
-  return out.take();
+// Units, sizes of the rows, their entries, shares of detail. (pagestore/FORMAT.md)
+Status Equilibrium::leave_factors(ClusterStore& store) const {
+  PiecesOut out(store, RecordKind::kFactors);
+  const std::uint64_t count = units();
+  ATRIUM_RETURN_IF_ERROR(out.put(std::span(&count, 1)));
+  ATRIUM_RETURN_IF_ERROR(put_sizes(k_, out));
+  for (const auto& row : k_)
+    for (const CoarseEntry& e : row) {
+      const CoarseFactor factor{e.unit, e.form_factor};
+      ATRIUM_RETURN_IF_ERROR(out.put(std::span(&factor, 1)));
+    }
+  ATRIUM_RETURN_IF_ERROR(out.put(std::span(detail_share_)));
+  return out.finish();
 }
 
-Result<CoarseFactors> coarse_factors(std::span<const std::byte> record) {
-  RecordIn in(record);
-  const Status broken(Code::kStore, "", "coarse factors record",
-                      "its length is not what it says it holds", "run atrium check on the run");
-  std::vector<std::uint64_t> units;
+Result<std::vector<double>> read_coarse_factors(ClusterStore& store, std::size_t units,
+                                                const CoarseFactorRow& visit) {
+  PiecesIn in(store, RecordKind::kFactors);
+  std::vector<std::uint64_t> count;
   std::vector<std::uint32_t> sizes;
-  if (!in.get(units, 1) || !in.get(sizes, units[0])) return broken;
-  CoarseFactors factors;
-  factors.rows.resize(units[0]);
-  for (std::size_t u = 0; u < units[0]; ++u)
-    if (!in.get(factors.rows[u], sizes[u])) return broken;
-  if (!in.get(factors.detail_shares, units[0]) || !in.empty()) return broken;
-  return factors;
+  ATRIUM_RETURN_IF_ERROR(in.get(count, 1));
+  if (count[0] != units) return of_other_units(RecordKind::kFactors);
+  ATRIUM_RETURN_IF_ERROR(in.get(sizes, units));
+  std::vector<CoarseFactor> row;
+  for (std::size_t u = 0; u < units; ++u) {
+    ATRIUM_RETURN_IF_ERROR(in.get(row, sizes[u]));
+    visit(u, row);
+  }
+  std::vector<double> shares;
+  ATRIUM_RETURN_IF_ERROR(in.get(shares, units));
+  ATRIUM_RETURN_IF_ERROR(in.finish());
+  return shares;
 }
 
 CoarseRows::CoarseRows(const Equilibrium& equilibrium, ClusterId receiver)

@@ -32,6 +32,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -39,6 +40,7 @@
 #include "engine/face_group.h"
 #include "engine/model.h"
 #include "engine/status.h"
+#include "pagestore/cluster_store.h"
 #include "solver/link.h"
 #include "solver/push_pull.h"
 
@@ -73,19 +75,18 @@ struct UnitEdit {
   Spectrum change{0};           // lm/m², mean B, in the light that it had
 };
 
-// What a run that has ended keeps of its coarse system, for one that starts from it: K without
-// paint, eight bytes an entry.
-struct CoarseFactors {
-  struct Entry {
-    std::uint32_t unit = 0;
-    float form_factor = 0;
-  };
-  std::vector<std::vector<Entry>> rows;  // by unit
-  std::vector<double> detail_shares;     // by unit
+// What a run that has ended keeps of its coarse system, for one that starts from it, is K without
+// paint, eight bytes an entry, and by unit the shares of detail.
+struct CoarseFactor {
+  std::uint32_t unit = 0;  // the source
+  float form_factor = 0;
 };
-std::vector<std::byte> to_bytes(const CoarseFactors& factors);
-// kStore: the record is shorter or longer than it says.
-Result<CoarseFactors> coarse_factors(std::span<const std::byte> record);
+// Called with the row of each unit, from 0 on.
+using CoarseFactorRow = std::function<void(std::size_t unit, std::span<const CoarseFactor>)>;
+// Reads them row by row; returns the shares. kStore: they are not of so many units, or shorter or
+// longer than they say.
+Result<std::vector<double>> read_coarse_factors(ClusterStore& store, std::size_t units,
+                                                const CoarseFactorRow& row);
 
 // Is a cluster gathered to?
 enum class Reached : std::uint8_t {
@@ -143,10 +144,11 @@ class Equilibrium {
     k_[unit] = std::move(row);
   }
 
-  CoarseFactors factors() const;
-  // Takes over what another solve has left of the same units, and spreads what the edit changes of
-  // their B. No cluster is reached by it yet.
-  void take_over(const CoarseFactors& before, std::span<const UnitEdit> edits);
+  // As the records of kind kFactors.
+  Status leave_factors(ClusterStore& store) const;
+  // Takes over what another solve of so many units has left, and spreads what the edit changes of
+  // their B. No cluster is reached by it yet. kStore: as read_coarse_factors; then it is of no use.
+  Status take_over(ClusterStore& before, std::size_t units_before, std::span<const UnitEdit> edits);
   // Whom sweeps gather to: all, but after take_over.
   Reached reached(ClusterId cluster) const { return reached_[cluster.value]; }
   void reach(ClusterId cluster) {
@@ -182,10 +184,11 @@ class Equilibrium {
   // Links are made anew: what was learnt of the iteration with the old ones does not hold.
   void forget();
 
-  // All of it that is not a function of model and order, for a checkpoint; and back.
-  std::vector<std::byte> saved() const;
-  // kStore: the record is not of as many units, or shorter or longer than it says.
-  Status restore(std::span<const std::byte> record);
+  // All of it that is not a function of model and order, for a checkpoint, as the records of kind
+  // kEquilibrium; and back. kStore: they are not of as many units, or shorter or longer than they
+  // say.
+  Status save(ClusterStore& store) const;
+  Status restore(ClusterStore& store);
 
  private:
   friend class CoarseRows;

@@ -461,13 +461,12 @@ void conclude(const Analysis& analysis, ErrorEstimate& estimate) {
 }  // namespace
 
 Result<ErrorEstimate> estimate_error(const Model& model, ClusterStore& store, FreshGather& fresh,
+                                     const BrightSources& bright,
                                      const EstimateSettings& settings) {
   const std::clock_t start = std::clock();
   const Result<Flux> flux = measure_flux(model, store);
   if (!flux.ok()) return flux.status();
-  const Result<BrightSources> bright = BrightSources::find(model, store);
-  if (!bright.ok()) return bright.status();
-  Result<std::vector<Sample>> drawn = draw_points(model, store, *bright, *flux, settings);
+  Result<std::vector<Sample>> drawn = draw_points(model, store, bright, *flux, settings);
   if (!drawn.ok()) return drawn.status();
   std::vector<Sample>& samples = *drawn;
   const Groups groups = form_groups(model, *flux, samples);
@@ -475,7 +474,7 @@ Result<ErrorEstimate> estimate_error(const Model& model, ClusterStore& store, Fr
   std::vector<GatherPoint> points;
   for (const Sample& s : samples) points.push_back(s.point);
   const FreshSettings gather{settings.directions, kReplicates, derived(settings.seed, 0)};
-  const auto fresh_values = fresh.gather(*bright, points, gather, &shares);
+  const auto fresh_values = fresh.gather(bright, points, gather, &shares);
   if (!fresh_values.ok()) return fresh_values.status();
   for (std::size_t i = 0; i < samples.size(); ++i) compare((*fresh_values)[i], samples[i]);
   ErrorEstimate estimate;

@@ -50,7 +50,9 @@ struct ErrorEstimate {
   double cpu_seconds = 0;
 };
 
+// bright: of the solution as it is stored.
 Result<ErrorEstimate> estimate_error(const Model& model, ClusterStore& store, FreshGather& fresh,
+                                     const BrightSources& bright,
                                      const EstimateSettings& settings);
 
 }  // namespace atrium

@@ -23,18 +23,19 @@ KeptLinks::KeptLinks(ClusterStore& store, std::size_t clusters)
 
 Result<std::vector<Braid>*> KeptLinks::of(ClusterId receiver) {
   Kept& kept = kept_[receiver.value];
-  if (kept.in_memory) return &kept.braids;
+  if (kept.braids) return &*kept.braids;
   const Result<std::span<const std::byte>> record = store_.stream_in(braids_of(receiver));
   if (!record.ok()) return record.status();
   Result<std::vector<Braid>> braids = read_braids(*record);
   if (!braids.ok()) return braids.status();
   const std::uint64_t bytes = kept.bytes = bytes_of(*braids);
-  std::vector<Braid>& place = bytes_ + bytes <= budget_ ? kept.braids : streamed_;
-  place = std::move(*braids);
-  if (&place == &streamed_) return &streamed_;
-  kept.in_memory = true;
+  if (bytes_ + bytes > budget_) {
+    streamed_ = std::move(*braids);
+    return &streamed_;
+  }
+  kept.braids = std::move(*braids);
   bytes_ += bytes;
-  return &kept.braids;
+  return &*kept.braids;
 }
 
 Status KeptLinks::keep(ClusterId receiver, std::vector<Braid> braids) {
@@ -43,7 +44,6 @@ Status KeptLinks::keep(ClusterId receiver, std::vector<Braid> braids) {
   const std::uint64_t bytes = kept.bytes = bytes_of(braids);
   if (bytes_ + bytes > budget_) return write(receiver, braids);
   kept.braids = std::move(braids);
-  kept.in_memory = true;
   bytes_ += bytes;
   return {};
 }
@@ -58,10 +58,9 @@ Status KeptLinks::fit(std::uint64_t budget, std::span<const ClusterId> order) {
   budget_ = budget;
   for (std::size_t i = order.size(); i-- > 0 && bytes_ > budget_;) {
     Kept& kept = kept_[order[i].value];
-    if (!kept.in_memory) continue;
-    if (!kept.on_disk) ATRIUM_RETURN_IF_ERROR(write(order[i], kept.braids));
-    kept.braids = {};
-    kept.in_memory = false;
+    if (!kept.braids) continue;
+    if (!kept.on_disk) ATRIUM_RETURN_IF_ERROR(write(order[i], *kept.braids));
+    kept.braids.reset();
     bytes_ -= kept.bytes;
   }
   return {};
@@ -70,25 +69,26 @@ Status KeptLinks::fit(std::uint64_t budget, std::span<const ClusterId> order) {
 LinksKept KeptLinks::kept() const {
   LinksKept sum;
   for (const Kept& k : kept_) {
-    sum.in_memory += k.in_memory;
-    sum.in_memory_bytes += k.in_memory ? k.bytes : 0;
-    sum.streamed += !k.in_memory && k.on_disk;
-    sum.streamed_bytes += !k.in_memory && k.on_disk ? k.bytes : 0;
+    const bool streamed = !k.braids && k.on_disk;
+    sum.in_memory += k.braids.has_value();
+    sum.in_memory_bytes += k.braids ? k.bytes : 0;
+    sum.streamed += streamed;
+    sum.streamed_bytes += streamed ? k.bytes : 0;
   }
   return sum;
 }
 
 Status KeptLinks::save() {
   for (std::size_t c = 0; c < kept_.size(); ++c)
-    if (kept_[c].in_memory && !kept_[c].on_disk)
-      ATRIUM_RETURN_IF_ERROR(write(ClusterId(c), kept_[c].braids));
+    if (kept_[c].braids && !kept_[c].on_disk)
+      ATRIUM_RETURN_IF_ERROR(write(ClusterId(c), *kept_[c].braids));
   return {};
 }
 
 void KeptLinks::forget(ClusterId receiver) {
   Kept& kept = kept_[receiver.value];
   if (store_.contains(braids_of(receiver))) store_.drop_streamed(braids_of(receiver));
-  if (kept.in_memory) bytes_ -= kept.bytes;
+  if (kept.braids) bytes_ -= kept.bytes;
   kept = {};
 }
 

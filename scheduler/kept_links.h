@@ -12,6 +12,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,7 +37,7 @@ class KeptLinks {
   Status fit(std::uint64_t budget, std::span<const ClusterId> order);
 
   bool has(ClusterId receiver) const {
-    return kept_[receiver.value].in_memory || kept_[receiver.value].on_disk;
+    return kept_[receiver.value].braids || kept_[receiver.value].on_disk;
   }
   // The receiver's braids: valid until the next call. kStore: the disk.
   Result<std::vector<Braid>*> of(ClusterId receiver);
@@ -49,9 +50,9 @@ class KeptLinks {
 
  private:
   struct Kept {
-    std::vector<Braid> braids;
-    std::uint64_t bytes = 0;  // of memory, wherever they are
-    bool in_memory = false, on_disk = false;
+    std::optional<std::vector<Braid>> braids;  // in memory
+    std::uint64_t bytes = 0;                   // of memory, wherever they are
+    bool on_disk = false;
   };
   Status write(ClusterId receiver, std::span<const Braid> braids);
 

@@ -6,10 +6,9 @@
 
 #include "engine/cluster_record.h"
 #include "engine/squared.h"
+#include "scheduler/relight.h"
 #include "scheduler/solution.h"
 #include "solver/coupling.h"
-#include "solver/face_groups.h"
-#include "solver/push_pull.h"
 #include "solver/sample_sequence.h"
 
 namespace atrium {
@@ -142,25 +141,6 @@ std::vector<Spectrum> mends_of(const ClusterView& view, std::span<const LeafPoin
   return mends;
 }
 
-// E as it becomes, on the leaves: what push_pull pulls up from.
-void fill(const PatchTree& tree, std::span<const Spectrum>& mends, GatherSlots& slots) {
-  const std::size_t k = std::size_t(tree.view().k());
-  slots.reset(tree.elements.size(), int(k));
-  for (std::size_t e = 0; e < tree.elements.size(); ++e) {
-    if (!tree.elements[e].leaf()) continue;
-    double* g = &slots.g[e * k * kGatherChannels];
-    for (std::size_t a = 0; a < k; ++a)
-      for (int c = 0; c < kChannels; ++c)
-        g[a * kGatherChannels + c] = tree.e[(e * k + a) * kChannels + c] + mends[a][c];
-    g[kRowSum] = 1 - std::max(0.0, tree.head.escape);
-    // Noise does not make light negative.
-    for (int c = 0; c < kChannels; ++c)
-      if (g[c] < 0)
-        for (std::size_t a = 0; a < k; ++a) g[a * kGatherChannels + c] = 0;
-    mends = mends.subspan(k);
-  }
-}
-
 }  // namespace
 
 Result<GatherReport> measure_mend(ClusterStore& store, FreshGather& fresh,
@@ -213,33 +193,14 @@ Result<GatherReport> put_in_mend(ClusterStore& store, ClusterId id, Equilibrium&
   if (!record.ok()) return record.status();
   std::vector<Spectrum> all(record->size() / sizeof(Spectrum));
   if (!all.empty()) std::memcpy(all.data(), record->data(), all.size() * sizeof(Spectrum));
-  std::size_t wanted = 0;
-  for (std::size_t p = 0; p < before->size(); ++p)
-    if (const PatchView patch = before->patch(p); !patch.head->inert)
-      for (const Element& x : patch.elements) wanted += x.leaf() ? std::size_t(patch.k()) : 0;
-  if (all.size() != wanted)
+  if (all.size() != mend_count(*before))
     return Status(Code::kStore, "", to_string(mend_of(id)), "it is not of this cluster's elements",
                   "run atrium check on the run");
-
+  const Relit relit = relight(*before, *edit, equilibrium.pending(id), all);
+  equilibrium.gathered(id, relit.gains);
   GatherReport report;
-  std::vector<PatchTree> trees = read_record(*before);
-  const std::vector<Spectrum> pending = equilibrium.pending(id);
-  std::vector<PatchGain> gains(trees.size());
-  std::span<const Spectrum> mends = all;
-  for (std::size_t p = 0; p < trees.size(); ++p) {
-    report.elements += trees[p].elements.size();
-    if (trees[p].head.inert) continue;
-    add_everywhere(trees[p], pending[p]);
-    GatherSlots slots;
-    fill(trees[p], mends, slots);
-    const PushPullSums sums = push_pull(trees[p], slots, Closing{});
-    report.sums.add(sums);
-    gains[p] = {sums.gained, sums.beyond};
-  }
-  GroupTree groups = read_groups(*before);
-  pull_groups(trees, groups);
-  write_record(id.value, trees, edit->bytes(), groups);
-  equilibrium.gathered(id, gains);
+  report.sums = relit.sums;
+  report.elements = relit.elements;
   return report;
 }
 

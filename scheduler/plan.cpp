@@ -139,19 +139,12 @@ void plan_memory(const SolveOptions& options, const Prepared& p, Plan& plan) {
   plan.arena = options.arena ? options.arena : std::max(share, plan.smallest_arena);
 }
 
-// Elements and links of the last level go by the patches that are not grouped, those of groups
-// being a few, and with about one over the error: from cornell, rooms, office and floor at 10 and
-// 2%, which the rates meet within a factor of two and a half. So does the time: what is made
-// in all levels, with its rays, and gathered across a dozen times; and the rays of estimates.
-CostEstimate estimate_cost(const SolveOptions& options, const Prepared& p, const Plan& plan) {
-  constexpr double kAt = 0.1;  // the error that the rates are of
-  constexpr double kElementsOfPatch = 12, kLinksOfPatch = 50, kByError = 0.95;
-  constexpr double kGrouped = 0.1;  // of a patch, what one in a dense cluster counts for
-  constexpr double kLevelsMade = 1.6, kGathers = 12;  // of the last level's links
-  constexpr double kMade = 40e-6, kAcross = 0.3e-6, kRay = 1e-6;  // s
-  constexpr double kBytesOfElement = 260, kBytesOfLink = 63;
-  constexpr double kCopies = 2;  // of records: as the last root has them and as the next one will
-  constexpr double kCode = 20 << 20;  // bytes: code and libraries
+// Rates of what a solve takes: from cornell, rooms, office and floor at 10 and 2%, which they meet
+// within a factor of two and a half.
+
+// Patches that are refined: those of groups are few, and count for a tenth.
+double refined_patches(const Prepared& p, const Plan& plan) {
+  constexpr double kGrouped = 0.1;
   double patches = 0;
   for (const Cluster& c : p.model.clusters) {
     const double small = double(small_patches(p, c));
@@ -160,25 +153,66 @@ CostEstimate estimate_cost(const SolveOptions& options, const Prepared& p, const
       lit += !p.model.patches[c.first_patch + i].inert;
     patches += small >= double(plan.dense) ? lit - small * (1 - kGrouped) : lit;
   }
+  return patches;
+}
+
+// Of the last level.
+struct Refined {
+  double elements = 0, links = 0;
+};
+
+// They go by the patches, and with about one over the error.
+Refined estimate_refined(const SolveOptions& options, const Prepared& p, const Plan& plan) {
+  constexpr double kAt = 0.1;  // the error that the rates are of
+  constexpr double kElementsOfPatch = 12, kLinksOfPatch = 50, kByError = 0.95;
+  const double patches = refined_patches(p, plan);
   const double finer = std::pow(kAt / options.error, kByError);
-  const double elements = kElementsOfPatch * patches * finer;
-  const double links = kLinksOfPatch * patches * finer;
+  return {kElementsOfPatch * patches * finer, kLinksOfPatch * patches * finer};
+}
+
+// What is made in all levels, with its rays, and gathered across a dozen times; and the rays of
+// estimates.
+double estimate_seconds(double links) {
+  constexpr double kLevelsMade = 1.6, kGathers = 12;  // of the last level's links
+  constexpr double kMade = 40e-6, kAcross = 0.3e-6, kRay = 1e-6;  // s
   double rays = 0;
   for (const EstimateSettings& look : kLooks) {
     rays += double(look.points) * look.directions;
     if (links < double(kFewLinks)) break;  // the first look mostly does
   }
-  CostEstimate e;
-  e.elements = std::uint64_t(elements);
-  e.links = std::uint64_t(links);
-  e.cpu_seconds = links * (kLevelsMade * kMade + kGathers * kAcross) + rays * kRay;
-  const double records = elements * kBytesOfElement + double(plan.smallest_disk);
-  const double others = double(beside_arena(p));
+  return links * (kLevelsMade * kMade + kGathers * kAcross) + rays * kRay;
+}
+
+constexpr double kBytesOfLink = 63;  // in memory, and on disk
+
+double estimate_records(double elements, const Plan& plan) {
+  constexpr double kBytesOfElement = 260;
+  return elements * kBytesOfElement + double(plan.smallest_disk);
+}
+
+// Of the budget what there is use for, and the code.
+std::uint64_t estimate_memory(const SolveOptions& options, const Prepared& p, const Plan& plan,
+                              const Refined& refined) {
+  constexpr double kCode = 20 << 20;  // bytes: code and libraries
+  const double records = estimate_records(refined.elements, plan);
   const double in_arena = std::min(records, double(ClusterStore::arena_memory(plan.arena)));
-  e.memory_bytes = std::uint64_t(
-      kCode + std::min(double(options.memory), others + in_arena + links * kBytesOfLink));
-  e.disk_bytes = PageFile::file_bytes_for(std::uint64_t(kCopies * records + links * kBytesOfLink));
-  return e;
+  return std::uint64_t(kCode + std::min(double(options.memory), double(beside_arena(p)) + in_arena +
+                                                                    refined.links * kBytesOfLink));
+}
+
+std::uint64_t estimate_disk(const Plan& plan, const Refined& refined) {
+  constexpr double kCopies = 2;  // of records: as the last root has them and as the next one will
+  return PageFile::file_bytes_for(std::uint64_t(
+      kCopies * estimate_records(refined.elements, plan) + refined.links * kBytesOfLink));
+}
+
+CostEstimate estimate_cost(const SolveOptions& options, const Prepared& p, const Plan& plan) {
+  const Refined refined = estimate_refined(options, p, plan);
+  return {.elements = std::uint64_t(refined.elements),
+          .links = std::uint64_t(refined.links),
+          .memory_bytes = estimate_memory(options, p, plan, refined),
+          .disk_bytes = estimate_disk(plan, refined),
+          .cpu_seconds = estimate_seconds(refined.links)};
 }
 
 // The first records, before any element is split.
@@ -225,16 +259,16 @@ void plan_gaps(const Prepared& p, Plan& plan) {
                           format_length(plan.closed_gaps.front().width) + " wide");
 }
 
-Status budget_too_small(const char* option, std::uint64_t given, std::uint64_t smallest) {
-  return Status(Code::kUsage, "", option,
-                std::to_string(given) + " bytes are too small for this scene",
-                "the smallest that will do is " + std::to_string(smallest) + " bytes");
-}
-
 }  // namespace
 
 bool forces(const SolveOptions& options, const std::string& feature) {
   return std::find(options.force.begin(), options.force.end(), feature) != options.force.end();
+}
+
+Status budget_too_small(const char* option, std::uint64_t given, std::uint64_t smallest) {
+  return Status(Code::kUsage, "", option,
+                std::to_string(given) + " bytes are too small for this scene",
+                "the smallest that will do is " + std::to_string(smallest) + " bytes");
 }
 
 Status validate(const SolveOptions& o) {
@@ -316,8 +350,9 @@ Result<Plan> plan(const SolveOptions& options) {
     if (!warm.ok()) return warm.status();
     Equilibrium equilibrium(p->model, {});
     Cursor cursor;
-    (*warm)->begin(equilibrium, cursor);
+    ATRIUM_RETURN_IF_ERROR((*warm)->begin(equilibrium, cursor));
     p->plan.warm = (*warm)->figures(equilibrium);
+    p->plan.smallest_memory = (*warm)->smallest_memory();
   }
   return p->plan;
 }

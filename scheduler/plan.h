@@ -32,6 +32,8 @@ Result<Prepared> prepare(const SolveOptions& options);
 
 // Options that contradict themselves or the machine: kUsage.
 Status validate(const SolveOptions& options);
+// kUsage; in bytes.
+Status budget_too_small(const char* option, std::uint64_t given, std::uint64_t smallest);
 
 // The features that --force switches on: ray structures in convex empty rooms; face groups in
 // clusters that are not dense.

@@ -12,7 +12,6 @@
 
 #include "engine/status.h"
 #include "pagestore/cluster_store.h"
-#include "pagestore/record.h"
 #include "scheduler/gather_cluster.h"
 #include "scheduler/run_files.h"
 #include "scheduler/solve.h"
@@ -73,11 +72,8 @@ struct Sweep {
   void add(const GatherReport& r, std::uint64_t clusters);
 };
 
-inline constexpr std::uint32_t kRunStateVersion = 15;  // one more with every change of RunState
-
-// The coarse system while a run goes on, and what is left of it when that has ended.
-inline constexpr RecordId kEquilibriumRecord = record_id(RecordKind::kEquilibrium, 0);
-inline constexpr RecordId kFactorsRecord = record_id(RecordKind::kEquilibrium, 1);
+// One more with every change of RunState, or of the records beside it that a run goes on from.
+inline constexpr std::uint32_t kRunStateVersion = 16;
 
 struct RunState {
   std::uint32_t version = kRunStateVersion;

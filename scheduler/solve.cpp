@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -19,6 +20,7 @@
 #include "scheduler/memory.h"
 #include "scheduler/order.h"
 #include "scheduler/plan.h"
+#include "scheduler/record_pieces.h"
 #include "scheduler/reference_points.h"
 #include "scheduler/run_directory.h"
 #include "scheduler/run_report.h"
@@ -59,6 +61,7 @@ class Scheduler {
   Status save_iteration();
   Status leave_factors();
   Status checkpoint();
+  Status checkpoint_state();
   Status checkpoint_if_due();
   Status finish();
 
@@ -79,7 +82,8 @@ class Scheduler {
   void foresee_more();
   void forget_foreseen();
   bool limits_reached();
-  Status fit_links(std::uint64_t beside = 0);
+  Status fit_links();
+  Status find_bright();
   double light_with_pending() const;
   double residual() const;
   SweepOutcome outcome(bool reaches_further) const;
@@ -97,7 +101,7 @@ class Scheduler {
   std::optional<ReferencePoints> reference_;
   std::unique_ptr<RayWorlds> worlds_;
   std::unique_ptr<FreshGather> fresh_;
-  std::optional<BrightSources> bright_;  // of the solution that the local pass measures
+  std::optional<BrightSources> bright_;  // while rays gather from the solution
   std::vector<ClusterId> order_;         // of all clusters
   std::vector<ClusterId> reached_;       // those that are gathered to, in that order
   std::optional<GatherReport> at_rest_;  // sums over the others
@@ -137,9 +141,7 @@ Status Scheduler::take_up_run() {
   sweep_ = earlier.sweep;
   report_.gathers_to(sweep_.gathered);
   if (!cursor_.done) {
-    const auto record = directory_.store().stream_in(kEquilibriumRecord);
-    if (!record.ok()) return record.status();
-    ATRIUM_RETURN_IF_ERROR(equilibrium_->restore(*record));
+    ATRIUM_RETURN_IF_ERROR(equilibrium_->restore(directory_.store()));
     gather_to_reached();
   }
   report_.take_up(earlier);
@@ -166,7 +168,7 @@ Status Scheduler::begin_from_another() {
   if (warm.takes_over()) trees_of = [&](ClusterId c) { return warm.trees_of(c); };
   ATRIUM_RETURN_IF_ERROR(
       write_first_records(*prepared_, options_.basis, directory_.store(), trees_of));
-  warm.begin(*equilibrium_, cursor_);
+  ATRIUM_RETURN_IF_ERROR(warm.begin(*equilibrium_, cursor_));
   summary().warm = warm.figures(*equilibrium_);
   if (cursor_.phase == Phase::kJudge) {  // nothing will be gathered
     summary().estimate = warm.estimate();
@@ -180,26 +182,27 @@ Status Scheduler::begin_from_another() {
 }
 
 Status Scheduler::save_iteration() {
-  if (links_) {
-    ATRIUM_RETURN_IF_ERROR(links_->save());
-    constexpr std::uint64_t kImages = 2;  // of the coarse system: as bytes, and as a record
-    ATRIUM_RETURN_IF_ERROR(fit_links(kImages * equilibrium_->bytes()));
-  }
-  return directory_.store().stream_out(kEquilibriumRecord, equilibrium_->saved());
+  if (links_) ATRIUM_RETURN_IF_ERROR(links_->save());
+  return equilibrium_->save(directory_.store());
 }
 
 // Of a run that has ended the coarse system's form factors stay, for who starts from it.
 Status Scheduler::leave_factors() {
   ClusterStore& store = directory_.store();
-  if (!store.contains(kEquilibriumRecord)) return {};  // it had ended before
-  ATRIUM_RETURN_IF_ERROR(store.stream_out(kFactorsRecord, to_bytes(equilibrium_->factors())));
-  store.drop_streamed(kEquilibriumRecord);
+  if (!has_pieces(store, RecordKind::kEquilibrium)) return {};  // it had ended before
+  ATRIUM_RETURN_IF_ERROR(equilibrium_->leave_factors(store));
+  drop_pieces(store, RecordKind::kEquilibrium);
   return {};
 }
 
 // Between two gathers: all of the solve that is not a function of the scene and the options.
 Status Scheduler::checkpoint() {
   ATRIUM_RETURN_IF_ERROR(cursor_.done ? leave_factors() : save_iteration());
+  return checkpoint_state();
+}
+
+// Where nothing else has changed since the last checkpoint.
+Status Scheduler::checkpoint_state() {
   RunState state;
   state.begun = 1;
   state.model_hash = model_hash_;
@@ -295,14 +298,25 @@ void Scheduler::forget_foreseen() {
 }
 
 // Links have what all else leaves of the memory, now: the coarse system and the ray worlds grow and
-// go while they are made. beside: bytes that are about to be taken.
-Status Scheduler::fit_links(std::uint64_t beside) {
+// go while they are made.
+Status Scheduler::fit_links() {
   const ClusterStore& store = directory_.store();
   const std::uint64_t gather = 2 * largest_braids_;  // as they are made and as they are kept
-  const std::uint64_t others = prepared_->bytes + ClusterStore::arena_memory(store.arena_bytes()) +
-                               store.directory_bytes() + (worlds_ ? worlds_->bytes() : 0) + equilibrium_->bytes() +
-                               gather + beside;
+  const std::uint64_t others = prepared_->bytes +
+                               ClusterStore::arena_memory(store.arena_bytes()) +
+                               store.directory_bytes() + worlds_->bytes() +
+                               equilibrium_->bytes() + (bright_ ? bright_->bytes() : 0) + gather;
   return links_->fit(options_.memory - std::min(options_.memory, others), order_);
+}
+
+Status Scheduler::find_bright() {
+  if (bright_) return {};
+  Result<BrightSources> found = BrightSources::find(prepared_->model, directory_.store());
+  if (!found.ok()) return found.status();
+  bright_.emplace(std::move(found).value());
+  ATRIUM_RETURN_IF_ERROR(fit_links());
+  give_back_free_memory();  // of links that are gone: rays take large blocks, not their pieces
+  return {};
 }
 
 // By links, or what a local pass does instead.
@@ -312,11 +326,7 @@ Result<GatherReport> Scheduler::gather_to(ClusterId receiver) {
   if (cursor_.phase == Phase::kLinks)
     return gather_cluster(model, store, *worlds_, task_for(receiver));
   if (cursor_.phase == Phase::kMend) return put_in_mend(store, receiver, *equilibrium_);
-  if (!bright_) {
-    Result<BrightSources> found = BrightSources::find(model, store);
-    if (!found.ok()) return found.status();
-    bright_.emplace(std::move(found).value());
-  }
+  ATRIUM_RETURN_IF_ERROR(find_bright());
   return measure_mend(store, *fresh_, *bright_, receiver, {}, *equilibrium_);
 }
 
@@ -442,14 +452,17 @@ Status Scheduler::look_at_error() {
   if (reached_.size() < order_.size() && cursor_.phase != Phase::kJudge) return {};
   for (std::size_t look = 0; look < kLooks.size(); ++look) {
     if (!needs_look(look, cursor_, options_, summary().estimate, summary().links)) continue;
-    constexpr std::uint64_t kOfALook = std::uint64_t{48} << 20;  // bright sources, and rays
-    ATRIUM_RETURN_IF_ERROR(fit_links(kOfALook));
+    const std::clock_t start = std::clock();
+    ATRIUM_RETURN_IF_ERROR(find_bright());
+    const double finding = double(std::clock() - start) / CLOCKS_PER_SEC;
     const Result<ErrorEstimate> found =
-        estimate_error(prepared_->model, directory_.store(), *fresh_, kLooks[look]);
+        estimate_error(prepared_->model, directory_.store(), *fresh_, *bright_, kLooks[look]);
     if (!found.ok()) return found.status();
     summary().estimate = *found;
+    summary().estimate.cpu_seconds += finding;
     cursor_.unseen = 0;
   }
+  bright_.reset();
   return {};
 }
 
@@ -509,7 +522,7 @@ Status Scheduler::finish() {
   directory_.end_trace();
   ATRIUM_RETURN_IF_ERROR(report_.write_summary());
   summary_written_ = true;
-  ATRIUM_RETURN_IF_ERROR(checkpoint());
+  ATRIUM_RETURN_IF_ERROR(checkpoint_state());
   return report_.show(cursor_, sweep_, true);
 }
 

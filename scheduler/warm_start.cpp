@@ -6,10 +6,11 @@
 #include <unordered_map>
 
 #include "engine/cluster_record.h"
+#include "scheduler/memory.h"
+#include "scheduler/relight.h"
 #include "scheduler/run_model.h"
 #include "scheduler/stored_patches.h"
 #include "solver/element_tree.h"
-#include "solver/face_groups.h"
 #include "solver/push_pull.h"
 
 namespace atrium {
@@ -64,23 +65,6 @@ PushPullSums sums_of(const PatchHead& head, const Spectrum& irradiance) {
   return s;
 }
 
-// E as it becomes on the leaves where the same comes to all of them; light is never negative.
-void fill(const PatchTree& tree, const Spectrum& more, GatherSlots& slots) {
-  const std::size_t k = std::size_t(tree.view().k());
-  slots.reset(tree.elements.size(), int(k));
-  for (std::size_t i = 0; i < tree.elements.size(); ++i) {
-    if (!tree.elements[i].leaf()) continue;
-    double* g = &slots.g[i * k * kGatherChannels];
-    for (int c = 0; c < kChannels; ++c) {
-      for (std::size_t a = 0; a < k; ++a)
-        g[a * kGatherChannels + c] = tree.e[(i * k + a) * kChannels + c];
-      g[c] += more[c];
-      if (g[c] < 0)
-        for (std::size_t a = 0; a < k; ++a) g[a * kGatherChannels + c] = 0;
-    }
-  }
-}
-
 // Elements and light of the same patch as it was, and what of its directions leaves the scene
 // unless that is to be measured anew.
 void take_over(const PatchTree& was, bool sees_anew, PatchTree& tree) {
@@ -95,17 +79,7 @@ Status put_in_pending(ClusterStore& store, ClusterId id, Equilibrium& equilibriu
   if (!edit.ok()) return edit.status();
   const Result<ClusterView> before = ClusterView::parse(edit->bytes());
   if (!before.ok()) return before.status();
-  std::vector<PatchTree> trees = read_record(*before);
-  const std::vector<Spectrum> pending = equilibrium.pending(id);
-  for (std::size_t p = 0; p < trees.size(); ++p) {
-    if (trees[p].head.inert) continue;
-    GatherSlots slots;
-    fill(trees[p], pending[p], slots);
-    push_pull(trees[p], slots, Closing{});
-  }
-  GroupTree groups = read_groups(*before);
-  pull_groups(trees, groups);
-  write_record(id.value, trees, edit->bytes(), groups);
+  relight(*before, *edit, equilibrium.pending(id));
   equilibrium.put_in(id);
   return {};
 }
@@ -120,6 +94,7 @@ Result<std::unique_ptr<WarmStart>> WarmStart::open(const SolveOptions& options,
   warm->match_clusters();
   ATRIUM_RETURN_IF_ERROR(warm->compare());
   warm->look_for_moved();
+  warm->forget_what_was_seen();
   return warm;
 }
 
@@ -146,18 +121,13 @@ Status WarmStart::open_run() {
   Result<RunModel> run = load_run_model(*store_, from);
   if (!run.ok()) return run.status();
   run_ = std::move(run).value();
+  smallest_memory_ = prepared_.plan.smallest_memory + bytes_of(run_.model);
+  if (options_.memory < smallest_memory_)
+    return budget_too_small("--memory", options_.memory, smallest_memory_);
   if (run_.order != options_.basis)
     return refuse(from, "the run is of basis " + std::to_string(run_.order),
                   "give --basis " + std::to_string(run_.order) + ", or solve without --from");
-  const auto record = store_->stream_in(kFactorsRecord);
-  if (!record.ok()) return record.status();
-  Result<CoarseFactors> factors = coarse_factors(*record);
-  if (!factors.ok()) return factors.status();
-  factors_ = std::move(factors).value();
   units_.emplace(run_.model, std::span<const ClusterId>());
-  if (factors_.rows.size() != units_->units())
-    return Status(Code::kStore, from, to_string(kFactorsRecord), "it is not of this model's units",
-                  "run atrium check on the run");
   return {};
 }
 
@@ -273,6 +243,14 @@ void WarmStart::look_for_moved() {
   kept_.clusters_changed = std::uint64_t(std::ranges::count(changed_, true));
 }
 
+// Before the arena fills.
+void WarmStart::forget_what_was_seen() {
+  Model left;
+  left.patches = std::move(run_.model.patches);
+  left.clusters = std::move(run_.model.clusters);
+  run_.model = std::move(left);
+}
+
 // A tree that begins with one element: lit as its patch was, or as all is in the mean.
 PatchTree WarmStart::plant_anew(std::uint32_t patch) const {
   PatchTree tree = plant(model_, prepared_.scene, PatchId(patch), options_.basis);
@@ -324,9 +302,10 @@ std::vector<UnitEdit> WarmStart::edits(const Equilibrium& equilibrium) const {
   return edits;
 }
 
-void WarmStart::begin(Equilibrium& equilibrium, Cursor& cursor) const {
-  if (!takes_over()) return;
-  equilibrium.take_over(factors_, edits(equilibrium));
+Status WarmStart::begin(Equilibrium& equilibrium, Cursor& cursor) const {
+  if (!takes_over()) return {};
+  ATRIUM_RETURN_IF_ERROR(
+      equilibrium.take_over(*store_, units_->units(), edits(equilibrium)));
   const double pending =
       std::max(kDimmest, 1 + equilibrium.flux_pending() / light_.flux_in);
   const Cursor& old = state_.cursor;
@@ -343,11 +322,12 @@ void WarmStart::begin(Equilibrium& equilibrium, Cursor& cursor) const {
     ++reached;
   }
   cursor.to_mend = reached > 0 && old.mended;
-  if (reached > 0) return;
+  if (reached > 0) return {};
   cursor.phase = Phase::kJudge;
   cursor.mended = old.mended;
   cursor.rest = 0;
   cursor.unseen = std::abs(equilibrium.flux_pending()) / light_.flux_in;
+  return {};
 }
 
 WarmFigures WarmStart::figures(const Equilibrium& equilibrium) const {

@@ -46,17 +46,20 @@ namespace atrium {
 class WarmStart {
  public:
   // The run that options.from names, compared with the scene. kUsage: it has not ended, is of
-  // another basis, or less exact than what is asked for. Both arguments outlive it.
+  // another basis, or less exact than what is asked for; its model and this one are too much for
+  // the memory. Both arguments outlive it.
   static Result<std::unique_ptr<WarmStart>> open(const SolveOptions& options,
                                                  const Prepared& prepared);
 
+  // Bytes: of a fresh solve, and of the old model beside it.
+  std::uint64_t smallest_memory() const { return smallest_memory_; }
   // False: it is a fresh solve.
   bool takes_over() const { return kept_.patches_kept > 0 && light_.flux_in > 0; }
   // A cluster's trees to begin with.
   Result<std::vector<PatchTree>> trees_of(ClusterId cluster);
 
   // Where the iteration stands at its begin, and whom it gathers to.
-  void begin(Equilibrium& equilibrium, Cursor& cursor) const;
+  Status begin(Equilibrium& equilibrium, Cursor& cursor) const;
 
   // What is kept; and what begin found to be reached.
   WarmFigures figures(const Equilibrium& equilibrium) const;
@@ -79,6 +82,7 @@ class WarmStart {
   Status compare();
   void compare(std::uint32_t patch, const PatchTree& planted, const ClusterView* before);
   void look_for_moved();
+  void forget_what_was_seen();
   void see_anew(std::span<const ClusterId> clusters);
   Result<const ClusterView*> cluster_before(PatchId patch);
   PatchTree plant_anew(std::uint32_t patch) const;
@@ -88,10 +92,10 @@ class WarmStart {
   const Prepared& prepared_;
   const Model& model_;
   std::unique_ptr<ClusterStore> store_;
-  RunModel run_;
+  RunModel run_;  // once it is compared, its patches and clusters alone
+  std::uint64_t smallest_memory_ = 0;
   RunState state_;
-  CoarseFactors factors_;                 // of the old run,
-  std::optional<Equilibrium> units_;      // and whose they are
+  std::optional<Equilibrium> units_;      // of the old run
   std::vector<Origin> origins_;           // by patch
   std::vector<ClusterId> same_shape_as_;  // by cluster, in the old model; none: a new shape
   std::vector<ClusterId> now_;            // by old cluster: what it is; none: it is gone

@@ -87,13 +87,18 @@ TEST_F(SameBits, PastThePageCache) {
   expect_same(o);
 }
 
-TEST_F(SameBits, LeastMemoryThatWillDo) {
+// In the least memory that will do links go to disk when they are made, and come from there in
+// every sweep; with as much as the others have none does.
+TEST_F(SameBits, BraidsStreamedInTheLeastMemoryThatWillDo) {
   SolveOptions o = options();
   o.arena = 0;
   const Result<Plan> planned = plan(o);
   ASSERT_TRUE(planned.ok()) << planned.status().message();
   o.memory = planned->smallest_memory;
-  expect_same(o);
+  const SolveSummary s = expect_same(o);
+  EXPECT_GT(s.links_kept.streamed, s.links_kept.in_memory);
+  EXPECT_GT(s.streamed_bytes_read, 0u);
+  EXPECT_EQ(summary_.links_kept.streamed, 0u);
 }
 
 // A furnished office has face groups, whose light comes a sweep later, and patches enough in a

@@ -7,8 +7,11 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <vector>
+
+#include "test/pagestore/simulated_disk.h"
 
 namespace atrium {
 namespace {
@@ -46,6 +49,13 @@ class TwoPlates : public testing::Test {
     EXPECT_EQ(equilibrium_->units(), 4u);  // each cluster's patch, and what is left of it: nothing
   }
 
+  // Where it is saved; made when it is asked for.
+  ClusterStore& store() {
+    if (!store_)
+      store_ = ClusterStore::create("run", {.arena_bytes = kGranule, .disk = &disk_}).value();
+    return *store_;
+  }
+
   double pending(std::uint32_t c) const { return equilibrium_->pending(ClusterId(c))[0].x; }
 
   // Plate 0 shines; light goes to and fro. The K of it, which need not be true, is put in by hand.
@@ -72,6 +82,8 @@ class TwoPlates : public testing::Test {
   Model model_ = two_plates();
   std::vector<ClusterId> order_;
   std::optional<Equilibrium> equilibrium_;
+  SimulatedDisk disk_;
+  std::unique_ptr<ClusterStore> store_;
   std::array<double, 2> e_{};
   double rho_ = kRho;        // of the exchange
   float row_ = float(kRho);  // what K has for it
@@ -98,7 +110,8 @@ TEST_F(TwoPlates, APlateThatIsNotGatheredToIsGivenWhatTheOtherHoldsByK) {
   }
   edits[unit[0]].change = Spectrum{kExitance};
   Equilibrium now(model_, order_);
-  now.take_over(equilibrium_->factors(), edits);
+  ASSERT_TRUE(equilibrium_->leave_factors(store()).ok());
+  ASSERT_TRUE(now.take_over(store(), equilibrium_->units(), edits).ok());
   const auto given = [&](std::uint32_t c) { return now.pending(ClusterId(c))[0].x; };
   EXPECT_NEAR(given(0), kFirst, kNearly * kFirst);
   EXPECT_NEAR(given(1), kSecond, kNearly * kSecond);
@@ -268,27 +281,33 @@ TEST(Equilibrium, PatchesComeByUnitThoseOfTheRestFirst) {
 
 TEST_F(TwoPlates, WhatIsSavedGoesOnAsIfNothingHadHappened) {
   sweep();
-  const std::vector<std::byte> record = equilibrium_->saved();
+  ASSERT_TRUE(equilibrium_->save(store()).ok());
   const std::array<double, 2> e = e_;
   sweep();
   const double expected = pending(0);
 
   equilibrium_.emplace(model_, order_);
-  ASSERT_TRUE(equilibrium_->restore(record).ok());
+  ASSERT_TRUE(equilibrium_->restore(store()).ok());
   e_ = e;
   sweep();
   EXPECT_EQ(pending(0), expected);
   EXPECT_NE(expected, 0);
 }
 
-TEST_F(TwoPlates, ARecordOfAnotherLengthIsRefused) {
+TEST_F(TwoPlates, RecordsOfAnotherLengthAreRefused) {
   sweep();
-  std::vector<std::byte> record = equilibrium_->saved();
-  record.pop_back();
-  EXPECT_FALSE(equilibrium_->restore(record).ok());
-  record.resize(record.size() + 2);
-  EXPECT_FALSE(equilibrium_->restore(record).ok());
-  EXPECT_FALSE(equilibrium_->restore({}).ok());
+  EXPECT_FALSE(equilibrium_->restore(store()).ok());  // none is there
+  ASSERT_TRUE(equilibrium_->save(store()).ok());
+  const RecordId id = record_id(RecordKind::kEquilibrium, 0);
+  const auto whole = store().stream_in(id);
+  ASSERT_TRUE(whole.ok());
+  std::vector<std::byte> bytes(whole->begin(), whole->end());
+  bytes.pop_back();
+  ASSERT_TRUE(store().stream_out(id, bytes).ok());
+  EXPECT_FALSE(equilibrium_->restore(store()).ok());
+  bytes.resize(bytes.size() + 2);
+  ASSERT_TRUE(store().stream_out(id, bytes).ok());
+  EXPECT_FALSE(equilibrium_->restore(store()).ok());
 }
 
 }  // namespace

@@ -17,7 +17,10 @@ constexpr double kExitance = 100;
 constexpr EstimateSettings kFew{.points = 512, .directions = 64};
 
 ErrorEstimate estimate(SolvedStore& run, const EstimateSettings& settings) {
-  const Result<ErrorEstimate> e = estimate_error(run.model(), run.store(), run.fresh(), settings);
+  const Result<BrightSources> bright = BrightSources::find(run.model(), run.store());
+  EXPECT_TRUE(bright.ok());
+  const Result<ErrorEstimate> e =
+      estimate_error(run.model(), run.store(), run.fresh(), *bright, settings);
   EXPECT_TRUE(e.ok()) << e.status().message();
   return e.ok() ? *e : ErrorEstimate{};
 }

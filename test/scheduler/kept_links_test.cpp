@@ -2,6 +2,7 @@
 #include "scheduler/kept_links.h"
 
 #include <gtest/gtest.h>
+#include <malloc.h>
 
 #include <memory>
 #include <vector>
@@ -24,6 +25,11 @@ std::vector<Braid> braids_to(std::uint32_t receiver, std::uint32_t count) {
     braid.couplings.push_back(float(receiver) + 0.001f * float(i));
   }
   return {braid};
+}
+
+std::size_t bytes_in_use() {
+  const auto heap = mallinfo2();
+  return heap.uordblks + heap.hblkhd;
 }
 
 bool same(const std::vector<Braid>& a, const std::vector<Braid>& b) {
@@ -60,6 +66,19 @@ TEST_F(KeptLinksOnDisk, WhatDoesNotFitComesBackFromDiskBitForBit) {
     ASSERT_TRUE(back.ok()) << back.status().message();
     EXPECT_TRUE(same(**back, braids_to(r, 100)));
   }
+}
+
+// Braids without a link are nothing but their heads, and those of what is on disk are gone too.
+TEST_F(KeptLinksOnDisk, WhatWentToDiskHoldsNoMemory) {
+  constexpr std::size_t kBraids = 10000, kHeads = kBraids * sizeof(Braid);
+  KeptLinks links(*store_, kReceivers);
+  ASSERT_TRUE(links.fit(~std::uint64_t{0}, order_).ok());
+  ASSERT_TRUE(links.keep(ClusterId(0u), std::vector<Braid>(kBraids)).ok());
+  ASSERT_TRUE(links.save().ok());
+  const std::size_t before = bytes_in_use();
+  if (before < kHeads) GTEST_SKIP() << "this heap does not tell what is in use";
+  ASSERT_TRUE(links.fit(0, order_).ok());
+  EXPECT_LE(bytes_in_use(), before - kHeads);
 }
 
 TEST_F(KeptLinksOnDisk, WhatIsForgottenIsMadeAnew) {

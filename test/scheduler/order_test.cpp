@@ -158,6 +158,52 @@ TEST(Order, WithinACellTheNearestIsNext) {
 
 // 0 sees 1, 2 and 3. Sets: 0 {0123}, 1 {01}, 2 {0123} as it sees 1 and 3 too, so 2 differs by
 // nothing; of 1 {012} and 3 {023} either differs from 2's by one record, and 1 is the first.
+// The definition, step by step, all clusters looked at. [THFH94 §6]
+Numbers source_order_by_hand(const Model& model) {
+  const std::size_t n = model.clusters.size();
+  std::vector<std::uint32_t> acted(n, 0);
+  Numbers order;
+  for (std::uint32_t last = 0; order.size() < n;) {
+    const auto distance2 = [&](std::uint32_t c) {
+      const Vec3 d = model.clusters[c].bounds.center() - model.clusters[last].bounds.center();
+      return dot(d, d);
+    };
+    std::uint32_t best = std::uint32_t(n);
+    for (std::uint32_t c = 0; c < n; ++c) {
+      if (std::ranges::count(order, c) > 0) continue;
+      if (best == n || acted[c] > acted[best] ||
+          (acted[c] == acted[best] && distance2(c) < distance2(best)))
+        best = c;
+    }
+    order.push_back(last = best);
+    for (const ClusterId s : model.visible[last]) ++acted[s.value];
+  }
+  return order;
+}
+
+// 0 sees 3 and 4: both have acted once, and 3 is nearer. It sees 1, and 4 once more: that is next.
+// From there 1 and 2 are left, which has not acted.
+TEST(Order, SourceTakesWhatHasActedMostAndTheNearestOfThose) {
+  EXPECT_EQ(ordered("source", in_a_row(5, {{0, 3}, {0, 4}, {3, 1}, {3, 4}})),
+            (Numbers{0, 3, 4, 1, 2}));
+}
+
+// Places on a lattice, so that many are as near as others; few see each other, or many, or none.
+TEST(Order, SourceIsItsDefinitionOnAnyModel) {
+  std::mt19937 random(6);
+  for (const std::uint32_t one_in : {2u, 10u, 50u, 10000u}) {
+    Model model;
+    for (int c = 0; c < 120; ++c)
+      add_cluster(model, {double(random() % 6), double(random() % 5), double(random() % 4)});
+    Pairs pairs;
+    for (std::uint32_t a = 0; a < 120; ++a)
+      for (std::uint32_t b = a; b < 120; ++b)
+        if (random() % one_in == 0) pairs.push_back({a, b});
+    see(model, pairs);
+    EXPECT_EQ(ordered("source", model), source_order_by_hand(model)) << one_in;
+  }
+}
+
 TEST(Order, NearestReadsMostNearlyTheSame) {
   const Model model = in_a_row(4, {{0, 1}, {0, 2}, {0, 3}, {2, 1}, {2, 3}});
   EXPECT_EQ(ordered("nearest", model), (Numbers{0, 2, 1, 3}));
