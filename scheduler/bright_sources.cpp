@@ -151,25 +151,40 @@ class Drawing {
   // The source to draw from, up to the horizon. False: nothing is above that.
   bool aim_at(const BrightSource& source) {
     const Vec3 d = source.center - x_;
-    outline_ = source.polygon;
+    Polygon above;  // what of the outline is, where the horizon cuts it
+    PolygonView outline = source.polygon;
     if (dot(normal_, d) < source.radius) {
-      above_ = clip(outline_, {normal_, dot(normal_, x_)}, 0);
-      outline_ = above_;
+      above = clip(outline, {normal_, dot(normal_, x_)}, 0);
+      outline = above;
     }
+    const bool near = is_near(squared(source.radius), dot(d, d));
     parts_.clear();
-    fan_ = 0;
     whole_ = 0;
-    if (!is_near(squared(source.radius), dot(d, d))) return !outline_.empty();
-    for (std::size_t i = 2; i < outline_.size(); ++i) {
-      add({outline_[0] - x_, outline_[i - 1] - x_, outline_[i] - x_}, fan_area(outline_, i));
+    for (std::size_t i = 2; i < outline.size(); ++i) {
+      const Triangle t{outline[0] - x_, outline[i - 1] - x_, outline[i] - x_};
+      const double area = fan_area(outline, i);
+      parts_.push_back(near ? part_of(t, area) : Part{.corners = t, .area = area, .brings = area});
       whole_ += parts_.back().brings;
     }
     fan_ = parts_.size();
     return whole_ > 0;
   }
 
+  // The first number chooses a part, and what is left of it a half of that, and so on.
   Place at(const Vec2& square) {
-    return fan_ == 0 ? Place{point_of(outline_, square), 1} : by_parts(square);
+    double left = square.x * whole_;
+    std::size_t i = 0;
+    for (; i + 1 < fan_ && left >= parts_[i].brings; ++i) left -= parts_[i].brings;
+    for (int cuts = 0; cuts < kMostCuts && parts_[i].near; ++cuts) {
+      i = half_of(i);
+      if (left < parts_[i].brings || !(parts_[i + 1].brings > 0)) continue;
+      left -= parts_[i].brings;
+      ++i;
+    }
+    const Part& part = parts_[i];
+    const Triangle& t = part.corners;
+    const double along = part.brings > 0 ? std::min(1.0, left / part.brings) : 0;
+    return {x_ + point_of(t[0], t[1], t[2], {along, square.y}), part.brings / (whole_ * part.area)};
   }
 
  private:
@@ -177,57 +192,38 @@ class Drawing {
   struct Part {
     Triangle corners;
     double area = 0;
-    double brings = 0;     // roughly, up to one factor for all of a source
+    double brings = 0;        // roughly, up to one factor for all of a source
     bool near = false;
     std::uint32_t child = 0;  // the first of its halves; 0: not halved yet
   };
 
-  void add(const Triangle& t, double area) {
+  Part part_of(const Triangle& t, double area) const {
     const Vec3 center = (t[0] + t[1] + t[2]) / 3.0;
     double radius2 = 0;
     for (const Vec3& v : t) radius2 = std::max(radius2, dot(v - center, v - center));
     const double distance2 = dot(center, center);
     const double brings =
         area * std::max(0.0, dot(normal_, center)) / squared(distance2 + radius2 / 2);
-    parts_.push_back({t, area, brings, is_near(radius2, distance2)});
+    return {t, area, brings, is_near(radius2, distance2)};
   }
 
-  // The first of a part's halves.
-  std::size_t half_of(std::size_t part) {
-    if (parts_[part].child == 0) {
-      const auto [first, second] = bisect(parts_[part].corners);
-      const double area = parts_[part].area / 2;
-      parts_[part].child = static_cast<std::uint32_t>(parts_.size());
-      add(first, area);
-      add(second, area);
+  // The first of a part's halves, which share what it brings.
+  std::size_t half_of(std::size_t i) {
+    if (parts_[i].child == 0) {
+      const auto [first, second] = bisect(parts_[i].corners);
+      Part a = part_of(first, parts_[i].area / 2), b = part_of(second, parts_[i].area / 2);
+      const double both = a.brings + b.brings;
+      a.brings = parts_[i].brings * (both > 0 ? a.brings / both : 0.5);
+      b.brings = parts_[i].brings - a.brings;
+      parts_[i].child = static_cast<std::uint32_t>(parts_.size());
+      parts_.push_back(a);
+      parts_.push_back(b);
     }
-    return parts_[part].child;
-  }
-
-  // The first number chooses a part, and what is left of it a half of that, and so on.
-  Place by_parts(Vec2 square) {
-    double left = square.x * whole_;
-    std::size_t i = 0;
-    for (; i + 1 < fan_ && left >= parts_[i].brings; ++i) left -= parts_[i].brings;
-    double share = parts_[i].brings / whole_;
-    square.x = parts_[i].brings > 0 ? std::min(1.0, left / parts_[i].brings) : 0;
-    for (int cuts = 0; cuts < kMostCuts && parts_[i].near; ++cuts) {
-      const std::size_t half = half_of(i);
-      const double first = parts_[half].brings, second = parts_[half + 1].brings;
-      const double chance = first + second > 0 ? first / (first + second) : 0.5;
-      const bool in_first = square.x < chance || chance == 1;
-      square.x = in_first ? square.x / chance : (square.x - chance) / (1 - chance);
-      share *= in_first ? chance : 1 - chance;
-      i = in_first ? half : half + 1;
-    }
-    const Triangle& t = parts_[i].corners;
-    return {x_ + point_of(t[0], t[1], t[2], square), share / parts_[i].area};
+    return parts_[i].child;
   }
 
   const Vec3 x_, normal_;
-  Polygon above_;            // what of the outline is, where the horizon cuts it
-  PolygonView outline_;
-  std::vector<Part> parts_;  // where that is near: its fan, then halves
+  std::vector<Part> parts_;  // a fan, then halves where it is near
   std::size_t fan_ = 0;      // how many are the fan's
   double whole_ = 0;         // what these bring
 };

@@ -4,10 +4,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <optional>
 
+#include "scheduler/leaves.h"
 #include "scheduler/solution.h"
 #include "solver/sample_sequence.h"
 
@@ -18,7 +20,11 @@ namespace {
 // So many directions a batch, or one point's where those are more.
 constexpr std::size_t kDirectionsABatch = std::size_t{1} << 16;
 // What the ends of their rays take, those of as many shadow rays and the list of all that are lit.
-constexpr std::size_t kBatchBytes = std::size_t{11} << 20;
+constexpr std::size_t kBatchBytes = std::size_t{12} << 20;
+// So many go out together, or one point's: packets of them are narrow, and their origins near.
+constexpr std::size_t kDirectionsTogether = 512;
+// How finely they are sorted for that, along each side of the square that they are drawn from.
+constexpr int kCells = 16;
 // Ends read off by one task: what it costs to start one is little beside them.
 constexpr std::size_t kEndsATask = 512;
 // A surface met from behind: its other side lies within so many tolerances.
@@ -30,6 +36,21 @@ Box bounds_of(const Model& model) {
   Box box;
   for (const Vec3& v : model.vertices) box.extend(v);
   return box;
+}
+
+// Neighbours in this order are neighbours in the square: up one column and down the next.
+std::uint32_t cell_of(const Vec2& square) {
+  const int column = static_cast<int>(kCells * square.y), row = static_cast<int>(kCells * square.x);
+  return static_cast<std::uint32_t>(column * kCells + (column % 2 ? kCells - 1 - row : row));
+}
+
+// Numbers 0 to n - 1 in the order of their keys, those of equal keys in their own.
+void sort_by_cell(std::span<const std::uint32_t> cells, std::vector<std::uint32_t>& order) {
+  std::array<std::uint32_t, kCells * kCells + 1> next{};
+  for (const std::uint32_t cell : cells) ++next[cell + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  order.resize(cells.size());
+  for (std::uint32_t i = 0; i < cells.size(); ++i) order[next[cells[i]]++] = i;
 }
 
 // A row a patch: the patches of the same surface's other side.
@@ -62,33 +83,43 @@ Rows<PatchId> find_other_sides(const Model& model) {
 // What a ray met, and what it brings.
 struct FreshGather::RayEnd {
   enum : std::uint32_t { kEscaped = PatchId::kNone, kBlack = PatchId::kNone - 1 };
-  static constexpr std::int32_t kNoSource = -1;
   std::uint32_t patch = kEscaped;
-  std::uint32_t replicate = 0;
-  std::int32_t source = kNoSource;  // of a shadow ray: the bright element that it goes to
-  bool bright = false;              // on a bright element
-  double weight = 0;                // of the radiosity
+  bool bright = false;  // on a bright element
   Vec3 x{0};
-  Spectrum arriving{0};  // lx
+  Spectrum radiosity{0};  // that counts, lm/m²
   bool lit() const { return patch < kBlack; }
+};
+
+// The same of a ray to a bright element.
+struct FreshGather::ShadowEnd {
+  RayEnd end;
+  std::int32_t source = 0;
+  std::uint32_t replicate = 0;
+  double weight = 0;
+};
+
+// Of either.
+struct FreshGather::LitEnd {
+  static constexpr std::int32_t kNoSource = -1;
+  RayEnd* end = nullptr;
+  std::uint32_t patch = 0;
+  std::int32_t source = kNoSource;
   bool shadow() const { return source != kNoSource; }
 };
 
 // Points of consecutive numbers in the order of their rooms, and their rays.
 struct FreshGather::Batch {
-  static_assert(2 * kDirectionsABatch *
-                    (sizeof(RayEnd) + sizeof(RayEnd*) + sizeof(std::uint64_t)) ==
+  static_assert(kDirectionsABatch * (sizeof(RayEnd) + sizeof(ShadowEnd) + 4 * sizeof(LitEnd)) <=
                 kBatchBytes);
 
   std::span<const GatherPoint> points;     // all of the caller's
   std::span<const std::uint32_t> numbers;  // of this batch's, room by room
   FreshSettings settings;
   const BrightSources* bright = nullptr;
-  std::vector<RayEnd> ends;                 // points × directions
-  std::vector<std::vector<RayEnd>> shadow;  // by point: those to bright elements
-  std::vector<Spectrum> direct;             // points × replicates: of lamps, lx
-  std::vector<RayEnd*> lit;                 // of the ends, those that bring light
-  std::vector<std::uint64_t> by_patch;      // patch and place in `lit`, sorted
+  std::vector<RayEnd> ends;                    // points × directions
+  std::vector<std::vector<ShadowEnd>> shadow;  // by point: those to bright elements
+  std::vector<Spectrum> direct;                // points × replicates: of lamps, lx
+  std::vector<LitEnd> lit, spare;              // by patch
 
   std::size_t directions() const { return static_cast<std::size_t>(settings.directions); }
   std::size_t replicates() const { return static_cast<std::size_t>(settings.replicates); }
@@ -99,6 +130,13 @@ struct FreshGather::Batch {
   const GatherPoint& point(std::size_t i) const { return points[numbers[i]]; }
   std::span<RayEnd> ends_of(std::size_t i) {
     return std::span(ends).subspan(i * directions(), directions());
+  }
+  std::span<Spectrum> direct_of(std::size_t i) {
+    return std::span(direct).subspan(i * replicates(), replicates());
+  }
+  // Of the random numbers of point i's replicate r.
+  std::uint64_t key(std::size_t i, std::size_t r) const {
+    return derived(derived(settings.seed, numbers[i]), r);
   }
 };
 
@@ -132,78 +170,96 @@ PatchId FreshGather::facing_side(const Hit& hit, const Vec3& direction) const {
   return grid_.find(hit.point, -hit.normal, tolerance).value_or(PatchId());
 }
 
-// What tracing a point works in, point after point.
+// What tracing points works in, one after the other.
 struct FreshGather::Scratch {
   std::vector<Vec3> along;
+  std::vector<std::uint32_t> cells, order;
   std::vector<Glance> glances;
   std::vector<Due> due;
   std::vector<ShadowRay> shadow;
 };
 
-// The replicates' cosine-weighted rays, packet by packet.
-void FreshGather::send_out(const RayScene& scene, const GatherPoint& point,
-                           std::span<const Vec3> along, std::span<RayEnd> ends) const {
-  for (std::size_t first = 0; first < along.size(); first += kRayLanes) {
+// The cosine-weighted rays of a few points, packet by packet.
+void FreshGather::send_out(const RayScene& scene, std::size_t first, std::size_t last,
+                           Batch& batch, Scratch& scratch) const {
+  const Frame frame = frame_about(batch.point(first).normal);
+  scratch.along.clear();
+  scratch.cells.clear();
+  for (std::size_t i = first; i < last; ++i)
+    for (std::size_t r = 0; r < batch.replicates(); ++r) {
+      const SampleSequence sequence(derived(batch.key(i, r), kDirections));
+      for (std::uint32_t k = 0; k < batch.count(r); ++k) {
+        const Vec2 square = sequence.at(k);
+        scratch.along.push_back(cosine_direction(frame, square));
+        scratch.cells.push_back(cell_of(square));
+      }
+    }
+  sort_by_cell(scratch.cells, scratch.order);
+
+  const std::span<RayEnd> ends =
+      std::span(batch.ends).subspan(first * batch.directions(), scratch.along.size());
+  const std::size_t a_point = batch.directions();
+  for (std::size_t next = 0; next < ends.size(); next += kRayLanes) {
+    const std::size_t lanes = std::min<std::size_t>(kRayLanes, ends.size() - next);
+    const std::span<const std::uint32_t> order = std::span(scratch.order).subspan(next, lanes);
     RayPacket packet;
-    const std::size_t lanes = std::min<std::size_t>(kRayLanes, along.size() - first);
+    packet.coherent = true;
     for (std::size_t k = 0; k < lanes; ++k)
-      packet.set(static_cast<int>(k), point.x, along[first + k], model_.tolerance);
+      packet.set(static_cast<int>(k), batch.point(first + order[k] / a_point).x,
+                 scratch.along[order[k]], model_.tolerance);
     HitPacket hits;
     scene.closest_hit16(packet, hits);
     for (std::size_t k = 0; k < lanes; ++k) {
+      RayEnd& end = ends[order[k]];
+      end = {};
       if (!(hits.found >> k & 1)) continue;
-      const PatchId side = facing_side(hits.hit[k], along[first + k]);
+      const PatchId side = facing_side(hits.hit[k], scratch.along[order[k]]);
       const bool lit = side.valid() && !model_.patches[side.value].inert;
-      ends[first + k].patch = lit ? side.value : RayEnd::kBlack;
-      ends[first + k].x = hits.hit[k].point;
+      end.patch = lit ? side.value : RayEnd::kBlack;
+      end.x = hits.hit[k].point;
     }
   }
 }
 
-void FreshGather::trace_point(const RayScene& scene, std::size_t i, Batch& batch,
-                              Scratch& scratch) const {
+void FreshGather::send_shadow_rays(const RayScene& scene, std::size_t i, Batch& batch,
+                                   Scratch& scratch) const {
   const GatherPoint& point = batch.point(i);
-  const std::uint64_t key = derived(batch.settings.seed, batch.numbers[i]);
-  const std::span<RayEnd> ends = batch.ends_of(i);
-  const Frame frame = frame_about(point.normal);
-  scratch.along.clear();
   scratch.due.clear();
-  for (std::uint32_t r = 0; r < batch.replicates(); ++r) {
-    const std::size_t count = batch.count(r);
-    const SampleSequence sequence(derived(derived(key, r), kDirections));
-    for (std::uint32_t k = 0; k < count; ++k) {
-      RayEnd& end = ends[scratch.along.size()];
-      end = {};
-      end.replicate = r;
-      end.weight = 1 / static_cast<double>(count);
-      scratch.along.push_back(cosine_direction(frame, sequence.at(k)));
-    }
-    scratch.due.push_back({static_cast<int>(count), derived(derived(key, r), kShadows)});
-  }
-  send_out(scene, point, scratch.along, ends);
-
+  for (std::size_t r = 0; r < batch.replicates(); ++r)
+    scratch.due.push_back(
+        {static_cast<int>(batch.count(r)), derived(batch.key(i, r), kShadows)});
   batch.bright->look(point.x, point.normal, point.cluster, scratch.glances);
   deal_shadow_rays(point.x, point.normal, scratch.glances, scratch.due, scratch.shadow);
   keep_seen(point.x, scene, scratch.shadow);
-  const std::span<Spectrum> direct =
-      std::span(batch.direct).subspan(i * batch.replicates(), batch.replicates());
+  const std::span<Spectrum> direct = batch.direct_of(i);
   std::fill(direct.begin(), direct.end(), Spectrum{0});
   batch.shadow[i].clear();
   for (const ShadowRay& s : scratch.shadow) {
     if (s.source->lamp())
       direct[s.replicate] += s.weight * s.source->radiosity;
     else
-      batch.shadow[i].push_back({s.source->patch.value, s.replicate, s.source->element, true,
-                                 s.weight, s.x, Spectrum{0}});
+      batch.shadow[i].push_back({{s.source->patch.value, true, s.x, Spectrum{0}},
+                                 s.source->element, s.replicate, s.weight});
   }
 }
 
 void FreshGather::trace_room(const RayScene& scene, std::size_t first, std::size_t last,
                              Batch& batch) const {
-  tbb::parallel_for(tbb::blocked_range(first, last), [&](const auto& range) {
+  // What goes out together: points of one plane.
+  const std::size_t most = std::max<std::size_t>(1, kDirectionsTogether / batch.directions());
+  std::vector<std::size_t> starts;
+  for (std::size_t i = first; i < last; ++i)
+    if (starts.empty() || i - starts.back() == most ||
+        batch.point(i).normal != batch.point(starts.back()).normal)
+      starts.push_back(i);
+  starts.push_back(last);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(1, starts.size()), [&](const auto& range) {
     Scratch scratch;
-    for (std::size_t i = range.begin(); i < range.end(); ++i)
-      trace_point(scene, i, batch, scratch);
+    for (std::size_t k = range.begin(); k < range.end(); ++k) {
+      send_out(scene, starts[k - 1], starts[k], batch, scratch);
+      for (std::size_t i = starts[k - 1]; i < starts[k]; ++i)
+        send_shadow_rays(scene, i, batch, scratch);
+    }
   });
 }
 
@@ -224,36 +280,69 @@ void FreshGather::trace(Batch& batch) {
   }
 }
 
-// What a ray brings of the patch that it met. What shadow rays bring is not brought again.
-void FreshGather::arrive(RayEnd& end, const PatchView& patch, const BrightSources& bright) const {
-  const Vec2 p = patch.head->frame.to_plane(end.x);
-  const std::int32_t leaf = leaf_at(patch, p, std::max(0, end.source));
-  if (!end.shadow()) end.bright = bright.reflects_brightly(patch, leaf);
-  Spectrum b{0};
-  if (end.shadow() == end.bright) b += patch.head->reflectance * polynomial_at(patch, leaf, p);
-  if (!end.shadow() && !bright.is_lamp(PatchId(end.patch))) b += patch.head->exitance;
-  end.arriving = end.weight * b;
+namespace {
+
+// Sorts by patch, those of the same patch as they stand: by the patches' digits, the last first.
+template <class End>
+void sort_by_patch(std::vector<End>& ends, std::vector<End>& spare) {
+  constexpr int kDigit = 11;  // bits: counts that fit beside all else in the nearest cache
+  constexpr std::uint32_t kDigits = 1u << kDigit;
+  std::uint32_t largest = 0;
+  for (const End& e : ends) largest = std::max(largest, e.patch);
+  spare.resize(ends.size());
+  for (int shift = 0; shift < 32 && largest >> shift != 0; shift += kDigit) {
+    std::array<std::uint32_t, kDigits + 1> next{};
+    for (const End& e : ends) ++next[(e.patch >> shift) % kDigits + 1];
+    std::partial_sum(next.begin(), next.end(), next.begin());
+    for (const End& e : ends) spare[next[(e.patch >> shift) % kDigits]++] = e;
+    ends.swap(spare);
+  }
 }
+
+// What rays bring of the cluster that they met, patch after patch. What shadow rays bring is not
+// brought again.
+template <class End>
+void arrive(std::span<const End> ends, const ClusterView& cluster, std::uint32_t first_patch,
+            const BrightSources& bright) {
+  std::vector<Landing> landings;
+  for (std::size_t first = 0, last = 0; first < ends.size(); first = last) {
+    const PatchView patch = cluster.patch(ends[first].patch - first_patch);
+    const PatchHead& head = *patch.head;
+    landings.clear();
+    for (; last < ends.size() && ends[last].patch == ends[first].patch; ++last) {
+      const Vec2 p = head.frame.to_plane(ends[last].end->x);
+      if (ends[last].shadow())
+        ends[last].end->radiosity =
+            head.reflectance * polynomial_at(patch, leaf_at(patch, p, ends[last].source), p);
+      else
+        landings.push_back({p, static_cast<std::uint32_t>(last)});
+    }
+    const Spectrum sent = bright.is_lamp(PatchId(head.patch)) ? Spectrum{0} : head.exitance;
+    each_leaf(patch, landings, [&](std::int32_t leaf, std::span<const Landing> here) {
+      const bool on_bright = bright.reflects_brightly(patch, leaf);
+      for (const Landing& at : here) {
+        auto& end = *ends[at.number].end;
+        end.bright = on_bright;
+        end.radiosity = sent;
+        if (!on_bright) end.radiosity += head.reflectance * polynomial_at(patch, leaf, at.p);
+      }
+    });
+  }
+}
+
+}  // namespace
 
 // What each ray brings, source by source.
 Status FreshGather::read_off(Batch& batch) {
-  // By patch, those of a cluster being contiguous, then by the ray's number.
-  constexpr int kNumberBits = 32;
-  std::vector<std::uint64_t>& lit = batch.by_patch;
+  std::vector<LitEnd>& lit = batch.lit;
   lit.clear();
-  batch.lit.clear();
-  const auto list = [&](RayEnd& end) {
-    if (!end.lit()) return;
-    lit.push_back(std::uint64_t{end.patch} << kNumberBits | batch.lit.size());
-    batch.lit.push_back(&end);
-  };
   for (std::size_t i = 0; i < batch.numbers.size(); ++i) {
-    for (RayEnd& end : batch.ends_of(i)) list(end);
-    for (RayEnd& end : batch.shadow[i]) list(end);
+    for (RayEnd& end : batch.ends_of(i))
+      if (end.lit()) lit.push_back({&end, end.patch, LitEnd::kNoSource});
+    for (ShadowEnd& s : batch.shadow[i]) lit.push_back({&s.end, s.end.patch, s.source});
   }
-  std::sort(lit.begin(), lit.end());
-  const auto patch_of = [&](std::size_t k) { return std::uint32_t(lit[k] >> kNumberBits); };
-  const auto cluster_of = [&](std::size_t k) { return model_.patches[patch_of(k)].cluster; };
+  sort_by_patch(lit, batch.spare);  // those of a cluster are contiguous
+  const auto cluster_of = [&](std::size_t k) { return model_.patches[lit[k].patch].cluster; };
   for (std::size_t first = 0, last = 0; first < lit.size(); first = last) {
     const ClusterId cluster = cluster_of(first);
     while (last < lit.size() && cluster_of(last) == cluster) ++last;
@@ -261,13 +350,11 @@ Status FreshGather::read_off(Batch& batch) {
     if (!pin.ok()) return pin.status();
     const Result<ClusterView> view = ClusterView::parse(pin->bytes());
     if (!view.ok()) return view.status();
-    const std::uint32_t first_patch = model_.clusters[cluster.value].first_patch;
-    const auto arrive_each = [&](const auto& range) {
-      for (std::size_t k = range.begin(); k < range.end(); ++k)
-        arrive(*batch.lit[std::uint32_t(lit[k])], view->patch(patch_of(k) - first_patch),
-               *batch.bright);
+    const auto arrive_some = [&](const auto& range) {
+      arrive(std::span<const LitEnd>(lit).subspan(range.begin(), range.size()), *view,
+             model_.clusters[cluster.value].first_patch, *batch.bright);
     };
-    tbb::parallel_for(tbb::blocked_range(first, last, kEndsATask), arrive_each,
+    tbb::parallel_for(tbb::blocked_range(first, last, kEndsATask), arrive_some,
                       tbb::simple_partitioner());
   }
   return {};
@@ -278,20 +365,24 @@ void FreshGather::conclude(Batch& batch, std::size_t i, FreshIrradiance& result,
   const double share = 1 / static_cast<double>(batch.directions());
   const double n = static_cast<double>(batch.replicates());
   double* const row = shares ? &shares->of_point[batch.numbers[i] * shares->groups] : nullptr;
-  std::vector<Spectrum> sums(batch.direct.begin() + std::ptrdiff_t(i * batch.replicates()),
-                             batch.direct.begin() + std::ptrdiff_t((i + 1) * batch.replicates()));
+  const std::span<Spectrum> sums = batch.direct_of(i);
   const auto group = [&](const RayEnd& end) {
     return row + shares->group_of_cluster[model_.patches[end.patch].cluster.value];
   };
-  for (const RayEnd& end : batch.ends_of(i)) {
-    sums[end.replicate] += end.arriving;
-    result.escaped += end.patch == RayEnd::kEscaped ? share : 0;
-    result.black += end.patch == RayEnd::kBlack ? share : 0;
-    if (row && end.lit() && !end.bright) group(end)[0] += share;
+  const RayEnd* end = batch.ends_of(i).data();
+  for (std::size_t r = 0; r < batch.replicates(); ++r) {
+    const double weight = 1 / static_cast<double>(batch.count(r));
+    for (std::size_t k = 0; k < batch.count(r); ++k, ++end) {
+      sums[r] += weight * end->radiosity;
+      result.escaped += end->patch == RayEnd::kEscaped ? share : 0;
+      result.black += end->patch == RayEnd::kBlack ? share : 0;
+      if (row && end->lit() && !end->bright) group(*end)[0] += share;
+    }
   }
-  for (const RayEnd& end : batch.shadow[i]) {
-    sums[end.replicate] += end.arriving;
-    if (row) group(end)[1] += luminance(end.arriving) / n;
+  for (const ShadowEnd& s : batch.shadow[i]) {
+    const Spectrum arriving = s.weight * s.end.radiosity;
+    sums[s.replicate] += arriving;
+    if (row) group(s.end)[1] += luminance(arriving) / n;
   }
   Spectrum squares{0};
   for (const Spectrum& e : sums) result.mean += e / n;

@@ -9,8 +9,10 @@
 //     error from replicates that are independent.
 //  2. Works within bounds, whatever the scene's size: points go room by room, in batches of rays; a
 //     source's record is pinned once a batch.
-//  3. A point's result depends on the solution, the settings and its own number alone: the same
-//     bits for any number of threads and any arena.
+//  3. A point's rays follow from the settings and its own number alone; its result is the same bits
+//     for any number of threads and any arena. Rays of points that follow one another on a plane go
+//     out together, sorted by where they go: where one meets two surfaces at once, in an edge, its
+//     company may decide which of them it is.
 //
 // One caller at a time; inside, points are shared by all threads. The store, the model and the ray
 // worlds outlive it. Where the store is written to meanwhile, a gather is of what stands there
@@ -77,17 +79,19 @@ class FreshGather {
 
  private:
   struct RayEnd;
+  struct ShadowEnd;
+  struct LitEnd;
   struct Batch;
   struct Scratch;
 
   const RayWorld& world_of(ClusterId cluster);
   void trace(Batch& batch);
   void trace_room(const RayScene& scene, std::size_t first, std::size_t last, Batch& batch) const;
-  void send_out(const RayScene& scene, const GatherPoint& point, std::span<const Vec3> along,
-                std::span<RayEnd> ends) const;
-  void trace_point(const RayScene& scene, std::size_t i, Batch& batch, Scratch& scratch) const;
+  void send_out(const RayScene& scene, std::size_t first, std::size_t last, Batch& batch,
+                Scratch& scratch) const;
+  void send_shadow_rays(const RayScene& scene, std::size_t i, Batch& batch,
+                        Scratch& scratch) const;
   PatchId facing_side(const Hit& hit, const Vec3& direction) const;
-  void arrive(RayEnd& end, const PatchView& patch, const BrightSources& bright) const;
   Status read_off(Batch& batch);
   void conclude(Batch& batch, std::size_t i, FreshIrradiance& result,
                 RayShares* shares) const;

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "engine/cluster_record.h"
+#include "scheduler/leaves.h"
 #include "scheduler/run_files.h"
 #include "scheduler/patch_grid.h"
 #include "scheduler/solution.h"

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "scheduler/leaves.h"
 #include "scheduler/patch_grid.h"
 #include "scheduler/run_model.h"
 #include "scheduler/run_state.h"
@@ -127,27 +128,6 @@ Result<std::vector<FreshIrradiance>> Solution::final_gather(std::span<const Gath
   const Result<BrightSources> bright = BrightSources::find(parts_->run.model, *parts_->store);
   if (!bright.ok()) return bright.status();
   return parts_->fresh->gather(*bright, points, settings);
-}
-
-std::int32_t leaf_at(const PatchView& patch, const Vec2& p, std::int32_t above) {
-  std::int32_t i = above;
-  while (!patch.elements[i].leaf()) {
-    // Of the first half's edges the cut alone has the second half, and so its centroid, beyond it.
-    const std::int32_t c = patch.elements[i].child;
-    const std::span<const Vec2> o = patch.polygon(patch.elements[c]);
-    const Vec2 second = patch.elements[c + 1].centroid;
-    i = c;
-    for (std::size_t a = o.size() - 1, b = 0; b < o.size(); a = b++) {
-      const Vec2 d = o[b] - o[a];
-      const auto beyond = [&](const Vec2& x) {
-        return d.x * (x.y - o[a].y) - d.y * (x.x - o[a].x) < 0;
-      };
-      if (!beyond(second)) continue;
-      if (beyond(p)) i = c + 1;
-      break;
-    }
-  }
-  return i;
 }
 
 Spectrum polynomial_at(const PatchView& patch, std::int32_t element, const Vec2& p) {

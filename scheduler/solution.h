@@ -74,8 +74,6 @@ class Solution {
   std::unique_ptr<Parts> parts_;
 };
 
-// The leaf of a tree that holds p (patch frame), found from an element above it.
-std::int32_t leaf_at(const PatchView& patch, const Vec2& p, std::int32_t above = 0);
 // E of an element's polynomial at p, lx: as it was solved, and as it is shown.
 Spectrum polynomial_at(const PatchView& patch, std::int32_t element, const Vec2& p);
 Spectrum irradiance_at(const PatchView& patch, std::int32_t element, const Vec2& p);

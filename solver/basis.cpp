@@ -17,12 +17,12 @@ constexpr int kLinear = coefficient_count(2);  // functions of degree 0 and 1
 // φ0, φ1, φ2 at p, as far as the order has them.
 BasisValues linear_part(std::span<const double> triangle, const Element& element, int order,
                         const Vec2& p) {
-  const Vec2 x = (p - element.centroid) / element.radius;
-  const double m[kLinear] = {1, x.x, x.y};
   BasisValues phi{};
-  const int k = std::min(coefficient_count(order), kLinear);
-  for (int i = 0, t = 0; i < k; ++i)
-    for (int j = 0; j <= i; ++j, ++t) phi[i] += triangle[t] * m[j];
+  phi[0] = triangle[0];
+  if (order < 2) return phi;
+  const Vec2 x = (p - element.centroid) / element.radius;
+  phi[1] = triangle[1] + triangle[2] * x.x;
+  phi[2] = triangle[3] + triangle[4] * x.x + triangle[5] * x.y;
   return phi;
 }
 

@@ -59,7 +59,7 @@ constexpr std::uint32_t reversed(std::uint32_t x) {
 // Bits of a point in one dimension, the highest last.
 constexpr std::uint32_t sobol(int dimension, std::uint32_t index) {
   std::uint32_t x = 0;
-  for (int bit = 0; index >> bit != 0; ++bit)
+  for (int bit = 0; bit < kBits && index >> bit != 0; ++bit)
     if (index >> bit & 1) x ^= kGenerators[dimension][bit];
   return reversed(x);
 }
@@ -89,8 +89,24 @@ Vec2 scrambled_pair(std::uint32_t x, std::uint32_t y, std::uint64_t seed, int pa
 
 }  // namespace
 
+// The second dimension's bits: its matrix is Pascal's triangle of odd and even, which is a product
+// of five sparse ones.
+constexpr std::uint32_t pascal(std::uint32_t x) {
+  x ^= x >> 1 & 0x55555555u;
+  x ^= x >> 2 & 0x33333333u;
+  x ^= x >> 4 & 0x0f0f0f0fu;
+  x ^= x >> 8 & 0x00ff00ffu;
+  x ^= x >> 16;
+  return x;
+}
+static_assert([] {
+  for (int bit = 0; bit < kBits; ++bit)
+    if (sobol(0, 1u << bit) != 1u << bit || sobol(1, 1u << bit) != pascal(1u << bit)) return false;
+  return true;
+}());
+
 Vec2 SampleSequence::at(std::uint32_t index) const {
-  return scrambled_pair(sobol(0, index), sobol(1, index), seed_, 0);
+  return scrambled_pair(index, pascal(index), seed_, 0);
 }
 
 SobolTable::SobolTable(std::uint32_t count) : points_(count) {

@@ -18,6 +18,7 @@ namespace atrium {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr double kForever = std::numeric_limits<double>::infinity();
 constexpr float kBlocked = -kInfinity;  // what Embree sets tfar to
 
 // Float is asked from this share of the shrunk end on: it may place a crossing a little off, and
@@ -27,6 +28,7 @@ constexpr double kFloatMargin = 0.5;
 // An end lies in a plane if nearer to it than this many roundings of the largest coordinate.
 constexpr double kPlaneRoundings = 64;
 
+using Lanes = RayPacket::Lanes;
 struct Segment {
   Vec3 from, along;  // m; the point at t is from + t * along
   double tnear, tfar;
@@ -79,6 +81,10 @@ struct RayScene::Impl {
   Segment ray(const Vec3& origin, const Vec3& direction, double tnear) const;
   RTCRay embree_segment(const Segment& segment) const;
   RTCRay embree_ray(const Segment& ray) const;
+  void set_segments(const SegmentPacket& packet, std::span<Segment> segments,
+                    RTCRay16& rays) const;
+  void set_rays(const RayPacket& packet, std::span<Segment> segments, RTCRay16& rays) const;
+  void set_origins(const Lanes& x, const Lanes& y, const Lanes& z, RTCRay16& rays) const;
   Hit hit(const Segment& ray, std::uint32_t triangle) const;
   bool crosses(const Segment& segment, const Plane& plane) const;
   static void keep_true_crossings(const RTCFilterFunctionNArguments* arguments);
@@ -157,7 +163,7 @@ Segment RayScene::Impl::segment(const Vec3& from, const Vec3& to) const {
 Segment RayScene::Impl::ray(const Vec3& from, const Vec3& direction, double tnear) const {
   const double l = length(direction);
   ATRIUM_CHECK(l > 0 && std::isfinite(l));
-  return {from, direction / l, tnear, std::numeric_limits<double>::infinity()};
+  return {from, direction / l, tnear, kForever};
 }
 
 // Does it cross the plane between its near and far limits? Not if an end lies in the plane: where
@@ -190,10 +196,14 @@ void RayScene::Impl::keep_true_crossings(const RTCFilterFunctionNArguments* argu
 
 namespace {
 
-// A ray in Embree's frame. NaN or infinity in any of the six turns their sum into NaN; Embree would
-// not notice.
-RTCRay to_ray(const Vec3& from, const Vec3& along, double tnear, double tfar) {
+// NaN or infinity in any of the six turns their sum into NaN; Embree would not notice.
+void check_finite(const Vec3& from, const Vec3& along) {
   ATRIUM_CHECK(std::isfinite(from.x + from.y + from.z + along.x + along.y + along.z));
+}
+
+// A ray in Embree's frame.
+RTCRay to_ray(const Vec3& from, const Vec3& along, double tnear, double tfar) {
+  check_finite(from, along);
   RTCRay ray;
   ray.org_x = static_cast<float>(from.x);
   ray.org_y = static_cast<float>(from.y);
@@ -208,15 +218,6 @@ RTCRay to_ray(const Vec3& from, const Vec3& along, double tnear, double tfar) {
   ray.id = 0;
   ray.flags = 0;
   return ray;
-}
-
-template <class Rays>
-void set_lane(Rays& rays, int lane, const RTCRay& ray) {
-  rays.org_x[lane] = ray.org_x, rays.org_y[lane] = ray.org_y, rays.org_z[lane] = ray.org_z;
-  rays.dir_x[lane] = ray.dir_x, rays.dir_y[lane] = ray.dir_y, rays.dir_z[lane] = ray.dir_z;
-  rays.tnear[lane] = ray.tnear, rays.tfar[lane] = ray.tfar;
-  rays.time[lane] = ray.time, rays.mask[lane] = ray.mask, rays.flags[lane] = ray.flags;
-  rays.id[lane] = static_cast<unsigned>(lane);
 }
 
 Query make_query(const Segment* segments, RTCIntersectContextFlags flags,
@@ -242,6 +243,73 @@ RTCRay RayScene::Impl::embree_ray(const Segment& ray) const {
   return to_ray(to_local(ray.from), ray.along, kFloatMargin * ray.tnear * scale, kInfinity);
 }
 
+// The same of whole packets, lane beside lane.
+void RayScene::Impl::set_segments(const SegmentPacket& packet, std::span<Segment> segments,
+                                  RTCRay16& rays) const {
+  Lanes x, y, z, near;  // along
+  for (int i = 0; i < kRayLanes; ++i) {
+    x[i] = packet.to_x[i] - packet.from_x[i];
+    y[i] = packet.to_y[i] - packet.from_y[i];
+    z[i] = packet.to_z[i] - packet.from_z[i];
+  }
+  for (int i = 0; i < kRayLanes; ++i) {
+    const double l = std::sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
+    near[i] = (end_shrink + kEndShrink * l) / l;
+  }
+  set_origins(packet.from_x, packet.from_y, packet.from_z, rays);
+  for (int i = 0; i < kRayLanes; ++i) {
+    rays.dir_x[i] = static_cast<float>(x[i] * scale);
+    rays.dir_y[i] = static_cast<float>(y[i] * scale);
+    rays.dir_z[i] = static_cast<float>(z[i] * scale);
+    rays.tnear[i] = static_cast<float>(kFloatMargin * near[i]);
+    rays.tfar[i] = static_cast<float>(1 - kFloatMargin * near[i]);
+  }
+  for (int i = 0; i < kRayLanes; ++i) {
+    if (!(packet.valid >> i & 1)) continue;
+    const Vec3 from{packet.from_x[i], packet.from_y[i], packet.from_z[i]};
+    segments[i] = {from, {x[i], y[i], z[i]}, near[i], 1 - near[i]};
+    check_finite(from, segments[i].along);
+  }
+}
+
+void RayScene::Impl::set_rays(const RayPacket& packet, std::span<Segment> segments,
+                              RTCRay16& rays) const {
+  Lanes x, y, z;  // along
+  for (int i = 0; i < kRayLanes; ++i) {
+    const double l = std::sqrt(packet.dx[i] * packet.dx[i] + packet.dy[i] * packet.dy[i] +
+                               packet.dz[i] * packet.dz[i]);
+    x[i] = packet.dx[i] / l, y[i] = packet.dy[i] / l, z[i] = packet.dz[i] / l;
+  }
+  set_origins(packet.x, packet.y, packet.z, rays);
+  for (int i = 0; i < kRayLanes; ++i) {
+    rays.dir_x[i] = static_cast<float>(x[i]);
+    rays.dir_y[i] = static_cast<float>(y[i]);
+    rays.dir_z[i] = static_cast<float>(z[i]);
+    rays.tnear[i] = static_cast<float>(kFloatMargin * packet.near[i] * scale);
+    rays.tfar[i] = kInfinity;
+  }
+  for (int i = 0; i < kRayLanes; ++i) {
+    if (!(packet.valid >> i & 1)) continue;
+    const Vec3 from{packet.x[i], packet.y[i], packet.z[i]};
+    segments[i] = {from, {x[i], y[i], z[i]}, packet.near[i], kForever};
+    check_finite(from, segments[i].along);
+  }
+}
+
+// And all that is no segment's own.
+void RayScene::Impl::set_origins(const Lanes& x, const Lanes& y, const Lanes& z,
+                                 RTCRay16& rays) const {
+  for (int i = 0; i < kRayLanes; ++i) {
+    rays.org_x[i] = static_cast<float>((x[i] - origin.x) * scale);
+    rays.org_y[i] = static_cast<float>((y[i] - origin.y) * scale);
+    rays.org_z[i] = static_cast<float>((z[i] - origin.z) * scale);
+    rays.time[i] = 0;
+    rays.mask[i] = ~0u;
+    rays.flags[i] = 0;
+    rays.id[i] = static_cast<unsigned>(i);
+  }
+}
+
 RayScene::RayScene(std::span<const BlockerPolygon> polygons)
     : impl_(std::make_unique<Impl>(polygons)) {}
 RayScene::~RayScene() = default;
@@ -252,14 +320,9 @@ void RayScene::occluded16(const SegmentPacket& packet, std::uint16_t& blocked_ma
   alignas(64) RTCRay16 rays;
   alignas(64) int valid[kRayLanes];
   std::array<Segment, kRayLanes> segments;
-  for (int i = 0; i < kRayLanes; ++i) {
-    valid[i] = 0;
-    if (!(packet.valid >> i & 1)) continue;
-    segments[i] = impl_->segment({packet.from_x[i], packet.from_y[i], packet.from_z[i]},
-                                 {packet.to_x[i], packet.to_y[i], packet.to_z[i]});
-    set_lane(rays, i, impl_->embree_segment(segments[i]));
-    if (segments[i].tnear < segments[i].tfar) valid[i] = -1;
-  }
+  impl_->set_segments(packet, segments, rays);
+  for (int i = 0; i < kRayLanes; ++i)
+    valid[i] = (packet.valid >> i & 1) && segments[i].tnear < segments[i].tfar ? -1 : 0;
   Query query =
       make_query(segments.data(), RTC_INTERSECT_CONTEXT_FLAG_COHERENT, Impl::keep_true_crossings);
   rtcOccluded16(valid, impl_->scene, &query.context, &rays);
@@ -279,25 +342,39 @@ bool RayScene::occluded(const Vec3& from, const Vec3& to) const {
   return ray.tfar == kBlocked;
 }
 
+// Nearly all that float hits first is hit in double too: so Embree is asked for that alone, and
+// where it is not, again, with each crossing held against its plane on the way.
 void RayScene::closest_hit16(const RayPacket& packet, HitPacket& hits) const {
   alignas(64) RTCRayHit16 rays;
   alignas(64) int valid[kRayLanes];
   std::array<Segment, kRayLanes> segments;
+  impl_->set_rays(packet, segments, rays.ray);
   for (int i = 0; i < kRayLanes; ++i) {
-    valid[i] = 0;
-    if (!(packet.valid >> i & 1)) continue;
-    segments[i] = impl_->ray({packet.x[i], packet.y[i], packet.z[i]},
-                             {packet.dx[i], packet.dy[i], packet.dz[i]}, packet.near[i]);
-    set_lane(rays.ray, i, impl_->embree_ray(segments[i]));
     rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-    valid[i] = -1;
+    valid[i] = packet.valid >> i & 1 ? -1 : 0;
   }
-  Query query =
-      make_query(segments.data(), RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT, Impl::keep_true_crossings);
-  rtcIntersect16(valid, impl_->scene, &query.context, &rays);
+  const RTCIntersectContextFlags flags = packet.coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+                                                         : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  const auto intersect = [&](RTCFilterFunctionN filter) {
+    Query query = make_query(segments.data(), flags, filter);
+    rtcIntersect16(valid, impl_->scene, &query.context, &rays);
+  };
+  intersect(nullptr);
+  bool all_true = true;
+  for (int i = 0; i < kRayLanes; ++i) {
+    if (!valid[i] || rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID ||
+        impl_->crosses(segments[i], impl_->face(rays.hit.primID[i]).plane)) {
+      valid[i] = 0;
+      continue;
+    }
+    all_true = false;
+    rays.ray.tfar[i] = kInfinity;
+    rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+  }
+  if (!all_true) intersect(Impl::keep_true_crossings);
   hits.found = 0;
   for (int i = 0; i < kRayLanes; ++i) {
-    if (!valid[i] || rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+    if (!(packet.valid >> i & 1) || rays.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
     hits.found = static_cast<std::uint16_t>(hits.found | 1u << i);
     hits.hit[i] = impl_->hit(segments[i], rays.hit.primID[i]);
   }

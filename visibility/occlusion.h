@@ -33,8 +33,8 @@ inline constexpr double kEndShrink = 1e-6;
 // Up to 16 segments between surface points; lanes outside `valid` are not looked at.
 struct SegmentPacket {
   using Lanes = std::array<double, kRayLanes>;
-  Lanes from_x, from_y, from_z;  // m
-  Lanes to_x, to_y, to_z;
+  Lanes from_x{}, from_y{}, from_z{};  // m
+  Lanes to_x{}, to_y{}, to_z{};
   std::uint16_t valid = 0;
 
   void set(int lane, const Vec3& from, const Vec3& to) {
@@ -47,10 +47,11 @@ struct SegmentPacket {
 // Up to 16 rays; `near` is the distance in metres before which nothing is hit.
 struct RayPacket {
   using Lanes = std::array<double, kRayLanes>;
-  Lanes x, y, z;     // origin, m
-  Lanes dx, dy, dz;  // direction, of any length but zero
-  Lanes near;
+  Lanes x{}, y{}, z{};     // origin, m
+  Lanes dx{}, dy{}, dz{};  // direction, of any length but zero
+  Lanes near{};
   std::uint16_t valid = 0;
+  bool coherent = false;  // they start near one another and go much the same way: a hint
 
   void set(int lane, const Vec3& origin, const Vec3& direction, double tnear) {
     x[lane] = origin.x, y[lane] = origin.y, z[lane] = origin.z;
