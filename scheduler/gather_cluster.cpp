@@ -132,42 +132,35 @@ struct Source {
 // they are does not depend on the arena, and no more than one is pinned.
 constexpr std::size_t kMostInstalled = std::size_t{2} << 20;
 
-Result<Source> read_source(const GatherTask& task, ClusterStore& store, const ClusterView& before,
-                           ClusterId s) {
-  Source source{.id = s, .pin = {}, .copy = {}, .view = before,
-                .pending = task.equilibrium->pending(s)};
-  if (s == task.receiver) return source;
-  Result<ClusterPin> read = store.read(record_id(RecordKind::kCluster, s.value));
-  if (!read.ok()) return read.status();
-  source.pin = std::move(read).value();
-  const Result<ClusterView> view = ClusterView::parse(source.pin.bytes());
-  if (!view.ok()) return view.status();
-  source.view = *view;
-  return source;
-}
-
-// 3(a), (b) Read S and install it: one where links are kept, a few where they are to be made.
+// 3(a), (b) Read S and install it: one in place where links are kept, copies of a few where they are
+// to be made.
 Result<std::vector<Source>> read_sources(const GatherTask& task, ClusterStore& store,
                                          const ClusterView& before,
                                          std::span<const ClusterId> sources) {
-  const auto bytes_of = [&](ClusterId s) {
-    return s == task.receiver ? 0 : store.size(record_id(RecordKind::kCluster, s.value));
-  };
   std::vector<Source> installed;
   std::size_t bytes = 0;
+  bool alone = task.linking == Linking::kUseKept;
   for (const ClusterId s : sources) {
-    bytes += bytes_of(s);
-    const bool alone = task.linking == Linking::kUseKept || bytes > kMostInstalled;
+    const RecordId id = record_id(RecordKind::kCluster, s.value);
+    if (s != task.receiver) bytes += store.size(id);
+    alone |= bytes > kMostInstalled;
     if (alone && !installed.empty()) break;
-    Result<Source> source = read_source(task, store, before, s);
-    if (!source.ok()) return source.status();
-    installed.push_back(std::move(source).value());
+    Source& source = installed.emplace_back(s, ClusterPin{}, std::vector<std::byte>{}, before,
+                                            task.equilibrium->pending(s));
+    if (s != task.receiver) {
+      Result<ClusterPin> read = store.read(id);
+      if (!read.ok()) return read.status();
+      source.pin = std::move(read).value();
+      if (!alone) {
+        source.copy.assign(source.pin.bytes().begin(), source.pin.bytes().end());
+        source.pin = {};
+      }
+      const Result<ClusterView> view =
+          ClusterView::parse(alone ? source.pin.bytes() : std::span<const std::byte>(source.copy));
+      if (!view.ok()) return view.status();
+      source.view = *view;
+    }
     if (alone) break;
-    Source& last = installed.back();
-    if (s == task.receiver) continue;
-    last.copy.assign(last.pin.bytes().begin(), last.pin.bytes().end());
-    last.pin = {};
-    last.view = ClusterView::parse(last.copy).value();
   }
   return installed;
 }

@@ -177,6 +177,8 @@ SourceRoots::SourceRoots(const ClusterView& source, std::span<const Spectrum> li
     : groups(source.groups()), pending(light) {
   std::vector<bool> grouped(source.size(), false);
   for (const GroupMember& m : groups.members) grouped[m.patch] = true;
+  patches.reserve(source.size());
+  sites.reserve(source.size());  // they are large
   for (std::size_t p = 0; p < source.size(); ++p) {
     patches.push_back(source.patch(p));
     if (grouped[p]) continue;
