@@ -33,6 +33,10 @@ constexpr double kCovered = 1 - 1e-9;
 // full.
 constexpr double kMostOfSquare = 0.1;
 
+// Of what a bright group sends, no more than this comes back to it: from a ceiling to the lamp's back
+// below and up again. Few points say more by chance, or so much that it would never die out.
+constexpr double kMostReturned = 0.8;
+
 // How the points are spread: even over the area, over the leaves, which are small where refinement
 // met error, and over the light sent out, whose loss or gain all others inherit.
 constexpr double kByArea = 0.4, kByLeaf = 0.3, kByLight = 0.3;
@@ -363,7 +367,9 @@ class Analysis {
       for (std::size_t h = 0; h < n; ++h) matrix[s.group * n + h] -= share * row[h] * s.reflectance;
     });
     for (std::size_t g = 0; g < n; ++g) {
-      matrix[g * n + g] += Spectrum{1};
+      Spectrum& own = matrix[g * n + g];
+      own += Spectrum{1};
+      if (g % 2 == 1) own = glm::max(own, Spectrum{1 - kMostReturned});
       if (groups[g].open > 0) b[g] = groups[g].reflected / groups[g].unit;
     }
     for (std::size_t k = 0; k < n; ++k)
