@@ -132,8 +132,8 @@ struct Source {
 // they are does not depend on the arena, and no more than one is pinned.
 constexpr std::size_t kMostInstalled = std::size_t{2} << 20;
 
-// 3(a), (b) Read S and install it: one in place where links are kept, copies of a few where they are
-// to be made.
+// 3(a), (b) Read S and install it: one in place where links are kept, copies of a few where they
+// are to be made.
 Result<std::vector<Source>> read_sources(const GatherTask& task, ClusterStore& store,
                                          const ClusterView& before,
                                          std::span<const ClusterId> sources) {
@@ -415,7 +415,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   }
   std::optional<CoarseRows> rows;
   if (task.linking != Linking::kUseKept) rows.emplace(*task.equilibrium, task.receiver);
-  std::uint64_t most_source_elements = 0;  // elements
+  std::uint64_t most_source_elements = 0;  // installed at once
   std::vector<UnitDetail> sent;
   const double start = now(), io_before = store.counters().io_seconds;
   for (std::size_t first = 0; first < sources.size();) {

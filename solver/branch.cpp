@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "engine/check.h"
-
 namespace atrium {
 
 namespace {
