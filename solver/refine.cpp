@@ -47,10 +47,40 @@ bool facing(const Site& a, const Site& b, double tolerance) {
          !behind(a.polygon(), b.center, b.normal, tolerance);
 }
 
+namespace {
+
+// How far any of the polygon rises over the plane through x with normal n.
+double height_over(std::span<const Vec3> polygon, const Vec3& x, const Vec3& n) {
+  double most = 0;
+  for (const Vec3& v : polygon) most = std::max(most, dot(n, v - x));
+  return most;
+}
+
+// Sites that touch are taken to be so far apart, in radii of the source: nothing divides by zero.
+constexpr double kNoGap = 1e-6;
+// From afar the spheres about two sites tell how far they are apart.
+constexpr double kAfar = 4;  // radii
+
+// Not more than the distance between two sites: that of the spheres about them, or, where they are
+// close, exact if one of them is small beside the other.
+double gap_between(const Site& a, const Site& b) {
+  const double distance = length(b.center - a.center), radii = a.radius + b.radius;
+  const double spheres = distance - radii;
+  if (spheres > kAfar * radii) return spheres;
+  const double from_a = length(nearest_point(b, a.center) - a.center) - a.radius;
+  const double from_b = length(nearest_point(a, b.center) - b.center) - b.radius;
+  return std::max({0.0, spheres, from_a, from_b});
+}
+
+}  // namespace
+
 double form_factor_bound(const Site& r, const Site& s) {
-  const Vec3 d = s.center - r.center;
-  const double gap2 = squared(std::max(0.0, length(d) - r.radius - s.radius));
-  return std::min(1.0, s.area / (std::numbers::pi * gap2 + 1e-300));
+  const double gap = std::max(gap_between(r, s), kNoGap * s.radius);
+  const double cos_r = std::min(1.0, height_over(s.polygon(), r.center, r.normal) / gap);
+  const double cos_s = std::min(1.0, height_over(r.polygon(), s.center, s.normal) / gap);
+  const double peak = std::min(1.0, cos_r * cos_s * s.area / (std::numbers::pi * squared(gap)));
+  // Where that is reached by a part of the receiver, the whole gets no more than the source sends.
+  return std::sqrt(peak * std::min(peak, s.area / r.area));
 }
 
 double mean_square_over_source(const Site& r, const Site& s, const Kernel& kernel) {
