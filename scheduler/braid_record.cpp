@@ -9,20 +9,21 @@ namespace atrium {
 namespace {
 
 struct Head {
-  std::uint32_t source = 0, strands = 0, links = 0, couplings = 0, thin = 0, doubts = 0;
+  std::uint32_t source = 0, strands = 0, links = 0, couplings = 0, thin = 0, doubts = 0, verdicts = 0;
 };
 
 bool get_braid(RecordIn& in, const Head& head, Braid& b) {
   b.source = ClusterId(head.source);
   return in.get(b.strands, head.strands) && in.get(b.links, head.links) &&
          in.get(b.couplings, head.couplings) && in.get(b.thin, head.thin) &&
-         in.get(b.doubts, head.doubts);
+         in.get(b.doubts, head.doubts) &&
+         in.get(b.verdicts, head.verdicts);
 }
 
 }  // namespace
 
 std::uint64_t bytes_of(std::span<const Braid> braids) {
-  constexpr std::uint64_t kArrays = 5, kHeapsOwn = 24;  // bytes of the heap's about each
+  constexpr std::uint64_t kArrays = 6, kHeapsOwn = 24;  // bytes of the heap's about each
   std::uint64_t bytes = braids.size() * kArrays * kHeapsOwn;
   for (const Braid& b : braids) bytes += b.bytes();
   return bytes;
@@ -35,7 +36,7 @@ std::vector<std::byte> write_braids(std::span<const Braid> braids) {
   for (const Braid& b : braids) {
     const auto n = [](const auto& items) { return static_cast<std::uint32_t>(items.size()); };
     const std::array<Head, 1> head{{{b.source.value, n(b.strands), n(b.links), n(b.couplings),
-                                     n(b.thin), n(b.doubts)}}};
+                                     n(b.thin), n(b.doubts), n(b.verdicts)}}};
     out.put(std::span<const Head>(head));
   }
   for (const Braid& b : braids) {
@@ -44,6 +45,7 @@ std::vector<std::byte> write_braids(std::span<const Braid> braids) {
     out.put(std::span<const float>(b.couplings));
     out.put(std::span<const ThinLink>(b.thin));
     out.put(std::span<const Doubt>(b.doubts));
+    out.put(std::span<const Verdict>(b.verdicts));
   }
   return out.take();
 }

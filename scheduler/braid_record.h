@@ -1,8 +1,8 @@
 // Braid record: all braids of one receiver as bytes for the page store, so that links outlive the
 // memory they do not fit into, and the process. Little endian, as in memory:
 //
-//     braids, then for each: source, and how many strands, links, couplings, thin links, doubts (4
-//     bytes each); then those arrays, one after the other.
+//     braids, then for each: source, and how many strands, links, couplings, thin links, doubts,
+//     verdicts (4 bytes each); then those arrays, one after the other.
 // Pure functions.
 #pragma once
 

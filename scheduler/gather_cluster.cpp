@@ -165,9 +165,11 @@ Result<std::vector<Source>> read_sources(const GatherTask& task, ClusterStore& s
   return installed;
 }
 
+using Stays = std::vector<bool>;  // by the source's patches: is it linked as it is to be already?
+
 // What one thread links: some of the roots, or a branch of one.
 struct LinkingTask {
-  std::vector<std::uint32_t> roots;
+  std::vector<std::size_t> roots;  // positions among the receiving roots
   Branch* branch = nullptr;
   std::vector<LinkSet> sets;  // of the branch, by source
   RefineCounters refined;
@@ -175,58 +177,67 @@ struct LinkingTask {
 
 // Large patches are cut into branches; small ones share a refiner, and with it packets of rays. How
 // many is for the receiver alone to say, not for the threads.
-std::vector<LinkingTask> share_out(std::span<const std::uint32_t> roots,
-                                   std::span<std::vector<Branch>> branches) {
+std::vector<LinkingTask> share_out(std::span<std::vector<Branch>> branches) {
   constexpr std::size_t kTasks = 16, kMost = 32;
-  const std::size_t step = std::clamp(roots.size() / kTasks, std::size_t(1), kMost);
+  const std::size_t step = std::clamp(branches.size() / kTasks, std::size_t(1), kMost);
   std::vector<LinkingTask> tasks;
-  for (std::size_t r = 0; r < roots.size(); ++r)
-    for (Branch& b : branches[r]) tasks.push_back({{roots[r]}, &b, {}, {}});
+  for (std::size_t r = 0; r < branches.size(); ++r)
+    for (Branch& b : branches[r]) tasks.push_back({{r}, &b, {}, {}});
   std::size_t small = step;  // in the last task
-  for (std::size_t r = 0; r < roots.size(); ++r) {
+  for (std::size_t r = 0; r < branches.size(); ++r) {
     if (!branches[r].empty()) continue;
     if (small == step) {
       tasks.emplace_back();
       small = 0;
     }
-    tasks.back().roots.push_back(roots[r]);
+    tasks.back().roots.push_back(r);
     ++small;
   }
   return tasks;
 }
 
 // 3(c), (d) Tubes and Install( links in Braid(R, S, T) ) for each S: R's patches are shared out,
-// and each meets the sources in their order.
+// and each meets the sources in their order. What the level before decided as it would be decided
+// now stays; `before` has its braids with the same sources, or is empty.
 std::vector<Braid> make_braids(const GatherTask& task, const Surroundings& around,
-                               std::span<const Source> installed, Receiver& receiver) {
+                               std::span<const Source> installed, std::span<const Braid> before,
+                               Receiver& receiver) {
   const std::size_t patches = receiver.trees.size();
   const std::vector<std::uint32_t> roots = receiving_roots(receiver);
   std::vector<SourceRoots> from(installed.size());
   std::vector<std::vector<LinkSet>> sets(installed.size());
   tbb::parallel_for(std::size_t(0), installed.size(), [&](std::size_t i) {
-    from[i] = SourceRoots(installed[i].view, installed[i].pending);
+    from[i] = SourceRoots(installed[i].view, task.refine.ambient, installed[i].pending);
     sets[i].resize(receiver.slots.size());
   });
   std::vector<std::vector<Branch>> branches(roots.size());
+  std::vector<std::vector<Stays>> stays(roots.size());  // by source; those of groups are empty
   tbb::parallel_for(std::size_t(0), roots.size(), [&](std::size_t r) {
-    if (roots[r] < patches) branches[r] = cut_branches(receiver.trees[roots[r]]);
+    stays[r].resize(installed.size());
+    if (roots[r] >= patches) return;
+    branches[r] = cut_branches(receiver.trees[roots[r]]);
+    for (std::size_t i = 0; i < before.size(); ++i)
+      if (const Braid::Strand* s = before[i].strand_of(roots[r]))
+        stays[r][i] = Refiner(task.refine, around).take_over(before[i], *s, from[i], sets[i][roots[r]]);
   });
 
-  std::vector<LinkingTask> tasks = share_out(roots, branches);
+  std::vector<LinkingTask> tasks = share_out(branches);
   tbb::parallel_for(std::size_t(0), tasks.size(), [&](std::size_t t) {
     LinkingTask& mine = tasks[t];
     Refiner refiner(task.refine, around);
     if (mine.branch) mine.sets.resize(installed.size());
-    for (const std::uint32_t root : mine.roots)
+    for (const std::size_t r : mine.roots) {
+      const std::uint32_t root = roots[r];
       for (std::size_t i = 0; i < installed.size(); ++i) {
         if (mine.branch)
-          refiner.link(*mine.branch, from[i], mine.sets[i]);
+          refiner.link(*mine.branch, from[i], mine.sets[i], stays[r][i]);
         else if (root < patches)
-          refiner.link(receiver.trees[root], from[i], sets[i][root]);
+          refiner.link(receiver.trees[root], from[i], sets[i][root], stays[r][i]);
         else
           refiner.link({receiver.trees, receiver.groups.view(), sets[i]},
                        root - std::uint32_t(patches), from[i]);
       }
+    }
     refiner.flush();
     mine.refined = refiner.counters();
   });
@@ -234,8 +245,9 @@ std::vector<Braid> make_braids(const GatherTask& task, const Surroundings& aroun
   for (LinkingTask& t : tasks) {
     receiver.refined.add(t.refined);
     if (!t.branch) continue;
-    graft(receiver.trees[t.roots[0]], *t.branch, t.sets);
-    for (std::size_t i = 0; i < installed.size(); ++i) sets[i][t.roots[0]].append(t.sets[i]);
+    const std::uint32_t root = roots[t.roots[0]];
+    graft(receiver.trees[root], *t.branch, t.sets);
+    for (std::size_t i = 0; i < installed.size(); ++i) sets[i][root].append(t.sets[i]);
   }
   for (std::size_t p = 0; p < patches; ++p)
     receiver.slots[p].grow(receiver.trees[p].elements.size(), receiver.trees[p].view().k());
@@ -413,6 +425,13 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     if (!braids.ok()) return braids.status();
     kept = *braids;
   }
+  std::span<const Braid> before_finer;  // of the level before, with the same sources
+  if (task.linking == Linking::kMakeAndKeep) {
+    const Result<std::span<const Braid>> past = task.links->past(task.receiver);
+    if (!past.ok()) return past.status();
+    before_finer = *past;
+    ATRIUM_CHECK(before_finer.empty() || before_finer.size() == sources.size());
+  }
   std::optional<CoarseRows> rows;
   if (task.linking != Linking::kUseKept) rows.emplace(*task.equilibrium, task.receiver);
   std::uint64_t most_source_elements = 0;  // installed at once
@@ -423,7 +442,12 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
         read_sources(task, store, *before, sources.subspan(first));
     if (!installed.ok()) return installed.status();
     if (task.linking != Linking::kUseKept)
-      std::ranges::move(make_braids(task, around, *installed, receiver), kept->begin() + first);
+      std::ranges::move(
+          make_braids(task, around, *installed,
+                      before_finer.empty() ? before_finer
+                                           : before_finer.subspan(first, installed->size()),
+                      receiver),
+          kept->begin() + first);
     std::uint64_t source_elements = 0;
     for (std::size_t i = 0; i < installed->size(); ++i) {
       const Source& source = (*installed)[i];
@@ -457,15 +481,17 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   report.solver_seconds = now() - start - (store.counters().io_seconds - io_before);
 
   // What may fail comes before R changes: a gather is done wholly or not at all.
-  if (task.linking == Linking::kMakeAndKeep)
-    ATRIUM_RETURN_IF_ERROR(task.links->keep(task.receiver, std::move(made)));
-
   // 5. Extract R, 6. SetDirty, 7. Release.
   report.elements = receiver.elements();
   const std::size_t bytes = record_bytes(receiver.trees, receiver.groups);
-  if (const Status room = edit->resize(bytes); !room.ok()) {
-    if (task.linking == Linking::kMakeAndKeep) task.links->forget(task.receiver);
-    return room;
+  const std::size_t bytes_before = edit->bytes().size();
+  ATRIUM_RETURN_IF_ERROR(edit->resize(bytes));
+  if (task.linking == Linking::kMakeAndKeep) {
+    const Status kept_all = task.links->keep(task.receiver, std::move(made));
+    if (!kept_all.ok()) {
+      ATRIUM_RETURN_IF_ERROR(edit->resize(bytes_before));
+      return kept_all;
+    }
   }
   write_record(task.receiver.value, receiver.trees, edit->bytes(), receiver.groups);
   tell(*task.equilibrium, task.receiver, receiver, sums, sent, rows ? &*rows : nullptr);

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "engine/check.h"
 #include "scheduler/braid_record.h"
 
 namespace atrium {
@@ -22,6 +23,23 @@ KeptLinks::KeptLinks(ClusterStore& store, std::size_t clusters)
 }
 
 Result<std::vector<Braid>*> KeptLinks::of(ClusterId receiver) {
+  ATRIUM_CHECK(has(receiver));
+  return bring(receiver);
+}
+
+Result<std::span<const Braid>> KeptLinks::past(ClusterId receiver) {
+  if (!kept_[receiver.value].past) return std::span<const Braid>();
+  const Result<std::vector<Braid>*> braids = bring(receiver);
+  if (!braids.ok()) return braids.status();
+  return std::span<const Braid>(**braids);
+}
+
+void KeptLinks::become_past(ClusterId receiver) {
+  Kept& kept = kept_[receiver.value];
+  kept.past = kept.braids || kept.on_disk;
+}
+
+Result<std::vector<Braid>*> KeptLinks::bring(ClusterId receiver) {
   Kept& kept = kept_[receiver.value];
   if (kept.braids) return &*kept.braids;
   const Result<std::span<const std::byte>> record = store_.stream_in(braids_of(receiver));
@@ -40,10 +58,15 @@ Result<std::vector<Braid>*> KeptLinks::of(ClusterId receiver) {
 
 Status KeptLinks::keep(ClusterId receiver, std::vector<Braid> braids) {
   Kept& kept = kept_[receiver.value];
-  kept.on_disk = false;
-  const std::uint64_t bytes = kept.bytes = bytes_of(braids);
-  if (bytes_ + bytes > budget_) return write(receiver, braids);
-  kept.braids = std::move(braids);
+  const std::uint64_t bytes = bytes_of(braids), replaced = kept.braids ? kept.bytes : 0;
+  if (bytes_ - replaced + bytes > budget_) {
+    ATRIUM_RETURN_IF_ERROR(write(receiver, braids));
+    bytes_ -= replaced;
+    kept = Kept{{}, bytes, true, false};
+    return {};
+  }
+  forget(receiver);
+  kept = Kept{std::move(braids), bytes, false, false};
   bytes_ += bytes;
   return {};
 }

@@ -1,5 +1,6 @@
 // KeptLinks: the braids of a level of the iteration, by receiver, made in its first sweep and used
-// in all others. As many as fit the budget stay in memory; the others are streamed from the page
+// in all others; those of the level before until their receiver's new ones take their place, for what
+// a finer level would make the same it takes from them. As many as fit the budget stay in memory; the others are streamed from the page
 // store whenever their receiver comes round. None is made again before the next level: that would
 // cost a hundred times what reading it does, and what is made later, of other light, is not the
 // same. The paper discards links and makes them again [THFH94
@@ -36,15 +37,21 @@ class KeptLinks {
   // Bytes of memory from now on. Where braids take more, the last receivers' go to disk.
   Status fit(std::uint64_t budget, std::span<const ClusterId> order);
 
+  // Of this level?
   bool has(ClusterId receiver) const {
-    return kept_[receiver.value].braids || kept_[receiver.value].on_disk;
+    const Kept& kept = kept_[receiver.value];
+    return (kept.braids || kept.on_disk) && !kept.past;
   }
   // The receiver's braids: valid until the next call. kStore: the disk.
   Result<std::vector<Braid>*> of(ClusterId receiver);
+  // Those of the level before; none where there are none. Valid until the next call.
+  Result<std::span<const Braid>> past(ClusterId receiver);
+  // In place of those of the level before; on error these stay.
   Status keep(ClusterId receiver, std::vector<Braid> braids);
   Status save();
   void forget(ClusterId receiver);  // that is not gathered to after all
-  void forget_all();                // a new level: its links are made anew
+  void forget_all();
+  void become_past(ClusterId receiver);  // a new level has begun
 
   LinksKept kept() const;
 
@@ -53,7 +60,9 @@ class KeptLinks {
     std::optional<std::vector<Braid>> braids;  // in memory
     std::uint64_t bytes = 0;                   // of memory, wherever they are
     bool on_disk = false;
+    bool past = false;  // of the level before
   };
+  Result<std::vector<Braid>*> bring(ClusterId receiver);
   Status write(ClusterId receiver, std::span<const Braid> braids);
 
   ClusterStore& store_;

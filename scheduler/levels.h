@@ -11,7 +11,7 @@
 //
 // Invariants:
 //  1. A level's number never falls, and links become finer only by a new level or the last one
-//     over again, whose links are then all made anew.
+//     over again, whose links are then all made anew but where it would make them the same.
 //  2. An end that going on would not change stands in the cursor (done): a run that is taken up
 //     again ends so at once. An iteration or time limit is none, nor is a stop on request.
 // Functions of their arguments; the cursor is the caller's.

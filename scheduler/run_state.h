@@ -73,7 +73,7 @@ struct Sweep {
 };
 
 // One more with every change of RunState, or of the records beside it that a run goes on from.
-inline constexpr std::uint32_t kRunStateVersion = 16;
+inline constexpr std::uint32_t kRunStateVersion = 17;
 
 struct RunState {
   std::uint32_t version = kRunStateVersion;

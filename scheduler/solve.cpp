@@ -57,6 +57,7 @@ class Scheduler {
   Status open_run();
   Status take_up_run();  // from where an earlier process left it, or
   Status begin_run();
+  void take_up_links();
   Status begin_from_another();
   Status save_iteration();
   Status leave_factors();
@@ -158,6 +159,16 @@ Status Scheduler::begin_run() {
   sweep_.gathered = reached_.size();  // none is under way
   ATRIUM_RETURN_IF_ERROR(report_.log_gaps(prepared_->plan.closed_gaps));
   return checkpoint();
+}
+
+// A level's links are made receiver by receiver in its first sweep: of those that it has not come to
+// they are the last level's.
+void Scheduler::take_up_links() {
+  links_ = std::make_unique<KeptLinks>(directory_.store(), order_.size());
+  if (cursor_.sweep > 0) return;
+  const bool under_way = sweep_.gathered < reached_.size();
+  for (std::size_t i = under_way ? sweep_.gathered : 0; i < reached_.size(); ++i)
+    links_->become_past(reached_[i]);
 }
 
 Status Scheduler::begin_from_another() {
@@ -301,7 +312,8 @@ void Scheduler::forget_foreseen() {
 // go while they are made.
 Status Scheduler::fit_links() {
   const ClusterStore& store = directory_.store();
-  const std::uint64_t gather = 2 * largest_braids_;  // as they are made and as they are kept
+  // As they are made, as they are kept, and those of the level before.
+  const std::uint64_t gather = 3 * largest_braids_;
   const std::uint64_t others = prepared_->bytes +
                                ClusterStore::arena_memory(store.arena_bytes()) +
                                store.directory_bytes() + worlds_->bytes() +
@@ -480,12 +492,13 @@ Status Scheduler::record_history(std::uint32_t level, bool complete) {
   return report_.record(line, level, complete);
 }
 
-// Nothing will be gathered again across the links of a level that is over, or of a run that has
-// ended for good.
+// Nothing will be gathered again across the links of a level that is over, and nothing at all in a
+// run that has ended for good.
 void Scheduler::follow(const Next& next) {
   stop_ = next.stop;
-  if (next.level_begins || cursor_.done) links_->forget_all();
+  if (cursor_.done) links_->forget_all();
   if (!next.level_begins) return;
+  for (const ClusterId c : order_) links_->become_past(c);
   equilibrium_->forget();
   for (const ClusterId c : order_) equilibrium_->reach(c);
   at_rest_.reset();
@@ -565,7 +578,7 @@ Result<SolveSummary> Scheduler::run() {
   constexpr std::uint64_t kShareOfWorlds = 8;
   worlds_ = std::make_unique<RayWorlds>(model, rays, options_.memory / kShareOfWorlds);
   fresh_ = std::make_unique<FreshGather>(model, directory_.store(), *worlds_);
-  links_ = std::make_unique<KeptLinks>(directory_.store(), model.clusters.size());
+  take_up_links();
   ATRIUM_RETURN_IF_ERROR(report_.show(cursor_, sweep_, true));
   const Status solved = iterate();
   if (!solved.ok()) stop_ = Stop::kFailed;

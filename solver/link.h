@@ -35,13 +35,26 @@ struct Doubt {
   float weight = 0;                // m², Σ variance of the form factor × area of the receiver
 };
 
+// A pair of patches that was linked as a whole, or not at all, and what may be wrong of that, weighed
+// as errors of links are (refine.h): as long as it is below the threshold, a finer level would decide
+// the same, and the pair keeps what it has.
+struct Verdict {
+  std::uint32_t source_patch = 0;  // local to the source cluster
+  float of_light = 0;              // error per lm/m² of the source's radiosity
+  float of_detail = 0;             // the same of how that varies
+  float at_least = 0;              // error, be the source as dark as may be
+};
+
 // The links of one receiving patch or group to one source cluster, while they are made.
 struct LinkSet {
   std::vector<LinkHead> links;
   std::vector<float> couplings;  // links × K × K, row: receiver's function, column: source's
   std::vector<ThinLink> thin;
   std::vector<Doubt> doubts;
-  bool empty() const { return links.empty() && thin.empty() && doubts.empty(); }
+  std::vector<Verdict> verdicts;  // of patches that are in no group
+  bool empty() const {
+    return links.empty() && thin.empty() && doubts.empty() && verdicts.empty();
+  }
   void append(const LinkSet& more);
 };
 
@@ -53,6 +66,7 @@ struct Braid {
     std::uint32_t first_link = 0, links = 0;
     std::uint32_t first_thin = 0, thin = 0;
     std::uint32_t first_doubt = 0, doubts = 0;
+    std::uint32_t first_verdict = 0, verdicts = 0;
   };
   ClusterId source;
   std::vector<Strand> strands;  // of the patches that have links, ascending
@@ -60,12 +74,14 @@ struct Braid {
   std::vector<float> couplings;
   std::vector<ThinLink> thin;
   std::vector<Doubt> doubts;
+  std::vector<Verdict> verdicts;  // a strand's by source patch, ascending
 
+  const Strand* strand_of(std::uint32_t patch) const;  // null: it has none
   std::size_t count() const { return links.size() + thin.size(); }
   std::size_t bytes() const {
     return sizeof(Braid) + strands.size() * sizeof(Strand) + links.size() * sizeof(LinkHead) +
            couplings.size() * sizeof(float) + thin.size() * sizeof(ThinLink) +
-           doubts.size() * sizeof(Doubt);
+           doubts.size() * sizeof(Doubt) + verdicts.size() * sizeof(Verdict);
   }
 };
 

@@ -203,17 +203,34 @@ void RefineCounters::add(const RefineCounters& c) {
   links_without_rays += c.links_without_rays;
 }
 
-SourceRoots::SourceRoots(const ClusterView& source, std::span<const Spectrum> light)
+namespace {
+
+// Where nothing was gathered yet, `ambient` is assumed.
+Sending sent_by(const PatchView& patch, std::int32_t element, const Spectrum& pending,
+                double ambient) {
+  const std::span<const double> e = patch.e_of(element);
+  const Spectrum& rho = patch.head->reflectance;
+  const double gathered = luminance(rho * (Spectrum{e[0], e[1], e[2]} + pending));
+  const double assumed = luminance(rho) * ambient;
+  return {luminance(patch.head->exitance) + std::max(gathered, assumed),
+          luminance(rho) * patch.elements[element].detail};
+}
+
+}  // namespace
+
+SourceRoots::SourceRoots(const ClusterView& source, double ambient,
+                         std::span<const Spectrum> light)
     : groups(source.groups()), pending(light) {
   std::vector<bool> grouped(source.size(), false);
   for (const GroupMember& m : groups.members) grouped[m.patch] = true;
   patches.reserve(source.size());
-  sites.reserve(source.size());  // they are large
+  alone.reserve(source.size());  // they are large
   for (std::size_t p = 0; p < source.size(); ++p) {
-    patches.push_back(source.patch(p));
-    if (grouped[p]) continue;
-    alone.push_back(static_cast<std::uint32_t>(p));
-    sites.push_back(make_site(patches.back(), 0));
+    const PatchView& patch = patches.emplace_back(source.patch(p));
+    if (grouped[p] || patch.head->inert) continue;
+    alone.emplace_back(static_cast<std::uint32_t>(p),
+                       sent_by(patch, 0, light.empty() ? Spectrum{0} : light[p], ambient),
+                       make_site(patch, 0));
   }
 }
 
@@ -233,26 +250,63 @@ void Refiner::cut_at_contacts(PatchTree& receiver) {
   }
 }
 
-void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out) {
+void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out,
+                   const std::vector<bool>& stays) {
+  if (tree_ != &receiver) root_ = make_site(receiver.view(), 0);
   tree_ = &receiver;
   out_ = &out;
   pending_ = source.pending;
   source_ = &source;
   order_ = receiver.order;
-  const Site root = make_site(receiver.view(), 0);
-  for (std::size_t i = 0; i < source.alone.size(); ++i) {
-    const std::uint32_t q = source.alone[i];
-    if (!source.patches[q].head->inert)
-      meet_roots(0, root, make_source(source.patches[q], q, 0, source.sites[i]));
+  for (const SourceRoots::Alone& q : source.alone) {
+    if (!stays.empty() && stays[q.patch]) continue;
+    verdict_.reset();
+    meet_roots(0, root_, end_of(q));
+    if (verdict_ && links(0)) out.verdicts.push_back(*verdict_);
   }
   for (std::uint32_t g = 0; g < source.groups.groups.size(); ++g)
-    if (!source.groups.groups[g].inner) descend_group({0, &root}, group_source(g));
+    if (!source.groups.groups[g].inner) descend_group({0, &root_}, group_source(g));
 }
 
-void Refiner::link(Branch& receiver, const SourceRoots& source, LinkSet& out) {
+Refiner::Source Refiner::end_of(const SourceRoots::Alone& root) const {
+  Source s;
+  s.patch = &source_->patches[root.patch];
+  s.patch_index = root.patch;
+  s.site = &root.site;
+  s.sends = root.sends;
+  return s;
+}
+
+void Refiner::link(Branch& receiver, const SourceRoots& source, LinkSet& out,
+                   const std::vector<bool>& stays) {
   branch_ = &receiver;
-  link(receiver.tree, source, out);
+  link(receiver.tree, source, out, stays);
   branch_ = nullptr;
+}
+
+std::vector<bool> Refiner::take_over(const Braid& before, const Braid::Strand& strand,
+                                     const SourceRoots& source, LinkSet& out) {
+  std::vector<bool> stays(source.patches.size() + source.groups.groups.size(), false);
+  auto at = source.alone.begin();
+  for (const Verdict& v : std::span(before.verdicts).subspan(strand.first_verdict, strand.verdicts)) {
+    while (at->patch != v.source_patch) ++at;  // both ascend, and none is lost from level to level
+    const auto& [radiosity, detail] = at->sends;
+    const double error =
+        std::max<double>(v.at_least, v.of_light * (radiosity + detail) + v.of_detail * detail);
+    if (!(error <= settings_.threshold)) continue;
+    stays[v.source_patch] = true;
+    out.verdicts.push_back(v);
+  }
+  const std::size_t k2 = before.links.empty() ? 0 : before.couplings.size() / before.links.size();
+  for (std::size_t i = strand.first_link; i < strand.first_link + strand.links; ++i) {
+    if (!stays[before.links[i].source_patch]) continue;
+    out.links.push_back(before.links[i]);
+    const auto coupling = before.couplings.begin() + std::ptrdiff_t(i * k2);
+    out.couplings.insert(out.couplings.end(), coupling, coupling + std::ptrdiff_t(k2));
+  }
+  for (const Doubt& d : std::span(before.doubts).subspan(strand.first_doubt, strand.doubts))
+    if (stays[d.source_patch]) out.doubts.push_back(d);
+  return stays;
 }
 
 // A pair of patches, or of an element and a patch.
@@ -276,14 +330,8 @@ Refiner::Source Refiner::make_source(const PatchView& patch, std::uint32_t index
   s.patch_index = index;
   s.element = element;
   s.site = &site;
-  const std::span<const double> e = patch.e_of(element);
-  const Spectrum& rho = patch.head->reflectance;
-  Spectrum light{e[0], e[1], e[2]};
-  if (!pending_.empty()) light += pending_[index];
-  const double gathered = luminance(rho * light);
-  const double assumed = luminance(rho) * settings_.ambient;
-  s.radiosity = luminance(patch.head->exitance) + std::max(gathered, assumed);
-  s.detail = luminance(rho) * patch.elements[element].detail;
+  s.sends = sent_by(patch, element, pending_.empty() ? Spectrum{0} : pending_[index],
+                    settings_.ambient);
   return s;
 }
 
@@ -354,7 +402,7 @@ Variety Refiner::look_through(Tube& tube, const Tube* parent, std::int32_t recei
                               bool goes_down, Sight& sight) {
   if (!(open.mean > 0) || (parent && inherits(*parent)))
     return draw(tube, parent, site, *source.site);
-  const double transfer = source.radiosity * open.mean;
+  const double transfer = source.sends.radiosity * open.mean;
   const bool heavy = kMixed * transfer * weight(receiver, 0) > kHeavy * settings_.threshold;
   if (goes_down) return glance(tube, parent, receiver, site, source, open, heavy, sight);
   if (!heavy) {
@@ -405,46 +453,56 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
   // Dark sources fill rows as well: what they cover is not to be taken for the room's mean.
   const double bound =
       form_factor_bound(site, *source.site) *
-      std::max(source.radiosity + source.detail, kDarkest * settings_.mean_irradiance);
+      std::max(source.sends.radiosity + source.sends.detail, kDarkest * settings_.mean_irradiance);
   const double most = bound * weight(receiver, 0);
   if (most < kNegligible * settings_.threshold) return;
   if (most < kThin * settings_.threshold) return thin_link(receiver, site, source);
 
   const Kernel open = make_kernel(site, *source.site);
   ++counters_.kernels;
-  if (!(open.mean > 0) && !(open.center > 0) && !facing(site, *source.site, settings_.tolerance))
+  if (!(open.mean > 0) && !(open.center > 0) && !facing(site, *source.site, settings_.tolerance)) {
+    if (!parent) verdict_.emplace(source.patch_index);
     return;
+  }
 
   // What a row misses of a source close by is taken for the room's mean, in the dark under a box as
   // anywhere: so much is at stake though the source be dark.
-  const double stake = open.probe_count > 0
-                           ? std::max(source.radiosity, kDarkStake * settings_.mean_irradiance)
-                           : source.radiosity;
-  double variation =
-      source.detail > 0 ? source.detail * sensitivity_spread(site, *source.site, open) : 0;
+  const bool close = open.probe_count > 0;
+  const double dark = close ? kDarkStake * settings_.mean_irradiance : 0;
+  const double stake = std::max(source.sends.radiosity, dark);
+  double spread = open.mean;  // or less, but nothing of it varies yet
+  if (close || source.sends.detail > 0) spread = sensitivity_spread(site, *source.site, open);
   // What the shape alone gets wrong needs no ray to be known.
   Sight sight{open, misfit(receiver, site, open), 0, squared(kUnsureShape * open.mean)};
   Tube tube;
   const std::uint64_t rays_before = counters_.rays;
   if (around_.index) {
-    const double by_shape = std::sqrt(squared(stake * sight.misfit) + squared(variation));
-    const double arriving = source.radiosity * darkest_row(open);
+    const double by_shape =
+        std::sqrt(squared(stake * sight.misfit) + squared(source.sends.detail * spread));
+    const double arriving = source.sends.radiosity * darkest_row(open);
     const bool goes_down = by_shape * weight(receiver, arriving) > settings_.threshold;
     const Variety variety =
         look_through(tube, parent, receiver, site, source, open, goes_down, sight);
-    if (variety == Variety::INVISIBLE) return;
+    if (variety == Variety::INVISIBLE) {
+      if (!parent) verdict_.emplace(source.patch_index);
+      return;
+    }
     // What is hidden of the source need not be as bright as what is seen.
     if (variety == Variety::PARTIAL && open.mean > 0)
-      variation = std::max(variation, kHidden * source.detail * open.mean);
+      spread = std::max(spread, kHidden * open.mean);
   }
   const bool by_ray = counters_.rays > rays_before;
   // What stands on the receiver hides the source from a part of it, or shows it to that part alone.
   const double jump = kJump * largest_factor(open) * tree_->elements[receiver].crossing;
-  const double shape = stake * sight.misfit, shadow = stake * std::max(sight.shadow, jump);
+  sight.shadow = std::max(sight.shadow, jump);
+  const double shape = stake * sight.misfit, shadow = stake * sight.shadow;
+  const double variation = source.sends.detail * spread;
   const double error = std::sqrt(squared(shape) + squared(shadow) + squared(variation));
-  const double arriving = source.radiosity * darkest_row(sight.seen);
-  if (error * weight(receiver, arriving) <= settings_.threshold)
+  const double weighs = weight(receiver, source.sends.radiosity * darkest_row(sight.seen));
+  if (error * weighs <= settings_.threshold) {
+    if (!parent) verdict_ = verdict(source, sight, open, by_ray, spread, dark, weighs);
     return full_link(receiver, site, source, sight, by_ray);
+  }
 
   const bool source_first = variation > std::max(shape, shadow) ||
                             (shadow > shape && source.site->radius > site.radius) ||
@@ -462,9 +520,9 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
 // is at stake.
 Refiner::Sight Refiner::see(std::int32_t receiver, const Site& site, const Source& source,
                             const Kernel& open, const Kernel& seen) {
-  const double transfer = source.radiosity * open.mean;
+  const double transfer = source.sends.radiosity * open.mean;
   double v = seen_share(site, open, seen);
-  const double arriving = source.radiosity * darkest_row(seen);
+  const double arriving = source.sends.radiosity * darkest_row(seen);
   if ((v == 0 || v == 1) &&
       kUnsureFour * transfer * weight(receiver, arriving) > settings_.threshold)
     v = 0.5 * (v + scattered_share(site, *source.site));
@@ -500,6 +558,15 @@ bool Refiner::measure(std::int32_t receiver, const Site& r, const Source& source
                           std::sqrt(squared(apart) + squared(kSmooth) * rough));
   sight.variance = squared(kUnsureShape * open.mean) + squared(apart) + rough;
   return true;
+}
+
+// Rays that agree are believed as long as little is at stake: where more is, more would be cast.
+Verdict Refiner::verdict(const Source& source, const Sight& sight, const Kernel& open, bool by_ray,
+                         double spread, double dark, double weighs) {
+  const double looked_at = by_ray ? kUnsureFour * open.mean : 0;
+  const double missed = std::max(std::hypot(sight.misfit, sight.shadow), looked_at) * weighs;
+  return {source.patch_index, static_cast<float>(missed), static_cast<float>(spread * weighs),
+          static_cast<float>(dark * missed)};
 }
 
 void Refiner::descend_receiver(std::int32_t receiver, const Source& source, const Tube& tube) {

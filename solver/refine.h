@@ -36,14 +36,25 @@ struct RefineSettings {
   double tolerance = 1e-5;     // m, the scene's
 };
 
-// A source cluster's patches, ready to be linked to: sites of the roots of those in no group.
+// What an element sends, as refinement sees it.
+struct Sending {
+  double radiosity = 0;  // lm/m², luminance, mean
+  double detail = 0;     // lm/m², of B's variation below this element
+};
+
+// A source cluster's patches, ready to be linked to: the roots of those in no group.
 struct SourceRoots {
+  struct Alone {
+    std::uint32_t patch = 0;
+    Sending sends;
+    Site site;
+  };
   std::vector<PatchView> patches;
-  std::vector<std::uint32_t> alone;
-  std::vector<Site> sites;            // of those
+  std::vector<Alone> alone;           // but the inert ones
   GroupView groups;                   // numbered after the patches
   std::span<const Spectrum> pending;  // lx, by patch, to be added to E; empty: nothing is
-  explicit SourceRoots(const ClusterView& source, std::span<const Spectrum> pending = {});
+  explicit SourceRoots(const ClusterView& source, double ambient = 0,  // as RefineSettings has it
+                       std::span<const Spectrum> pending = {});
   SourceRoots() = default;
 };
 
@@ -73,12 +84,20 @@ class Refiner {
   // 3(d) Install( links in Braid(R, S, T) ) for one patch of R: top-level links between visible
   // patch pairs, refined on the spot. Splits leaves of `receiver`. The thin ones may still wait for
   // a full packet of rays: `out` is complete after flush(). [THFH94 §5.1]
-  void link(PatchTree& receiver, const SourceRoots& source, LinkSet& out);
+  // Patches that `stays` names, by their number in the source, are not asked again.
+  void link(PatchTree& receiver, const SourceRoots& source, LinkSet& out,
+            const std::vector<bool>& stays = {});
   // The branch's part of that.
-  void link(Branch& receiver, const SourceRoots& source, LinkSet& out);
+  void link(Branch& receiver, const SourceRoots& source, LinkSet& out,
+            const std::vector<bool>& stays = {});
   // The same for a group that is part of no other, and all patches in it.
   void link(const GroupReceiver& receiver, std::uint32_t group, const SourceRoots& source);
   void flush();
+
+  // Of what the level before decided, `out` gets that which would be decided the same now; by the
+  // source's patches and groups, whether it was. Of groups nothing is taken over.
+  std::vector<bool> take_over(const Braid& before, const Braid::Strand& strand,
+                              const SourceRoots& source, LinkSet& out);
 
   const RefineCounters& counters() const { return counters_; }
 
@@ -90,8 +109,7 @@ class Refiner {
     std::int32_t element = 0;
     bool part = false;
     const Site* site = nullptr;
-    double radiosity = 0;              // lm/m², luminance, mean
-    double detail = 0;                 // lm/m², of B's variation below this element
+    Sending sends;
     const FaceGroup* group = nullptr;  // in place of patch and site
   };
   // An element of tree_, or a group of the receiver's.
@@ -114,6 +132,7 @@ class Refiner {
     LinkSet* out;
   };
 
+  Source end_of(const SourceRoots::Alone& root) const;
   Source make_source(const PatchView& patch, std::uint32_t index, std::int32_t element,
                      const Site& site) const;
   void descend(std::int32_t receiver, const Site& site, const Source& source, const Tube* parent);
@@ -136,6 +155,8 @@ class Refiner {
   void thin_link(std::int32_t receiver, const Source& source, const SurfacePoint& from,
                  const SurfacePoint& to, double receiver_area, double source_area);
   void note_doubt(std::uint32_t source_patch, double area);
+  static Verdict verdict(const Source& source, const Sight& sight, const Kernel& open, bool by_ray,
+                         double spread, double dark, double weighs);
   void full_link(std::int32_t receiver, const Site& site, const Source& source, const Sight& sight,
                  bool by_ray);
   bool goes_down_to(std::int32_t element) const {
@@ -169,9 +190,11 @@ class Refiner {
   int order_ = 1;
   std::span<const Spectrum> pending_;  // of the source at hand
   double doubt_ = 0;                   // m², of the patch pair at hand
+  std::optional<Verdict> verdict_;     // of it, if it needed no refining
   LinkSet* out_ = nullptr;
   std::vector<Waiting> waiting_;
   const SourceRoots* source_ = nullptr;
+  Site root_;  // of tree_
   const GroupReceiver* receiver_ = nullptr;  // null where a patch alone receives
 };
 

@@ -107,11 +107,7 @@ void Refiner::link(const GroupReceiver& receiver, std::uint32_t group, const Sou
   pending_ = source.pending;
   order_ = receiver.trees.front().order;
   const Target target{std::int32_t(group), nullptr, &receiver.groups.groups[group]};
-  for (std::size_t i = 0; i < source.alone.size(); ++i) {
-    const std::uint32_t q = source.alone[i];
-    if (!source.patches[q].head->inert)
-      descend_group(target, make_source(source.patches[q], q, 0, source.sites[i]));
-  }
+  for (const SourceRoots::Alone& q : source.alone) descend_group(target, end_of(q));
   for (std::uint32_t g = 0; g < source.groups.groups.size(); ++g)
     if (!source.groups.groups[g].inner) descend_group(target, group_source(g));
 }
@@ -123,8 +119,8 @@ Refiner::Source Refiner::group_source(std::uint32_t group) const {
   s.group = &g;
   Spectrum radiosity = g.radiosity;
   if (!pending_.empty()) radiosity += g.reflectance * pending_[source_->groups.any_patch(g)];
-  s.radiosity = std::max(luminance(radiosity), luminance(g.reflectance) * settings_.ambient);
-  s.detail = g.detail;
+  s.sends.radiosity = std::max(luminance(radiosity), luminance(g.reflectance) * settings_.ambient);
+  s.sends.detail = g.detail;
   return s;
 }
 
@@ -138,7 +134,7 @@ void Refiner::descend_group(const Target& target, const Source& source) {
   const Outlook s = source.group ? outlook_of(*source.group) : outlook_of(*source.site);
   const double factor = form_factor_bound(r, s);
   const double bound =
-      factor * std::max(source.radiosity + source.detail, kDarkest * settings_.mean_irradiance);
+      factor * std::max(source.sends.radiosity + source.sends.detail, kDarkest * settings_.mean_irradiance);
   const double most = bound * weight(target, 0);
   if (!(most >= kNegligible * settings_.threshold)) return;
   if (most < kThin * settings_.threshold) return thin_group_link(target, source);
@@ -167,18 +163,18 @@ void Refiner::descend_group(const Target& target, const Source& source) {
   if (!target.group && close)
     shape = std::sqrt(squared(shape) + squared(spot(from, to, open.mean)));
   const double missed = open.mean > 0 ? 0 : kUnseen * bound;
-  const double receiving = source.radiosity * shape + missed;
+  const double receiving = source.sends.radiosity * shape + missed;
   const bool whole = sight.seen.mean >= open.mean;
-  const double variation = source.detail * std::max(spread, whole ? 0 : kHidden * open.mean);
-  const double drawn = source.group ? source.radiosity * spread / std::sqrt(kGroupNodes) : 0;
+  const double variation = source.sends.detail * std::max(spread, whole ? 0 : kHidden * open.mean);
+  const double drawn = source.group ? source.sends.radiosity * spread / std::sqrt(kGroupNodes) : 0;
   const double sending = std::sqrt(squared(variation) + squared(drawn));
-  const double shadow = source.radiosity * sight.shadow;
+  const double shadow = source.sends.radiosity * sight.shadow;
   const double by_nodes = missed_by_nodes(r, s, factor, target.group ? r.radius : s.radius);
   const double error =
       std::max(std::sqrt(squared(kUneven) * (squared(receiving) + squared(sending)) +
                          squared(kApart * shadow)),
-               source.radiosity * by_nodes);
-  const double arriving = source.radiosity * darkest_row(sight.seen);
+               source.sends.radiosity * by_nodes);
+  const double arriving = source.sends.radiosity * darkest_row(sight.seen);
 
   if (error * weight(target, arriving) > settings_.threshold) {
     const bool source_first = sending > std::max(receiving, shadow) ||
@@ -207,7 +203,7 @@ Refiner::Sight Refiner::see_group(const Target& target, const Source& source, co
   if (around_.rays && open.mean > 0) {
     sight.seen = seen_by_rays(r, s, open);
     v = seen_share(r, open, sight.seen);
-    const double transfer = source.radiosity * open.mean;
+    const double transfer = source.sends.radiosity * open.mean;
     if ((v == 0 || v == 1) && kUnsureFour * transfer * weight(target, 0) > settings_.threshold) {
       const std::uint64_t seed = derived(seed_of(target, source), kAgain);
       const Site r2 = site_of(target, seed), s2 = site_of(source, seed);

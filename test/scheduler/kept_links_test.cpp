@@ -81,6 +81,42 @@ TEST_F(KeptLinksOnDisk, WhatWentToDiskHoldsNoMemory) {
   EXPECT_LE(bytes_in_use(), before - kHeads);
 }
 
+// A finer level's braids take the place of the last one's, receiver by receiver, wherever either are.
+TEST_F(KeptLinksOnDisk, TheLevelBeforeIsThereUntilItIsReplaced) {
+  for (const std::uint64_t budget : {std::uint64_t{0}, ~std::uint64_t{0}}) {
+    KeptLinks links(*store_, kReceivers);
+    links.forget_all();
+    ASSERT_TRUE(links.fit(budget, order_).ok());
+    const ClusterId r(1u);
+    EXPECT_TRUE(links.past(r).value().empty());
+    ASSERT_TRUE(links.keep(r, braids_to(1, 10)).ok());
+    EXPECT_TRUE(links.past(r).value().empty());
+    links.become_past(r);
+    EXPECT_FALSE(links.has(r));
+    const std::span<const Braid> past = links.past(r).value();
+    EXPECT_TRUE(same({past.begin(), past.end()}, braids_to(1, 10)));
+    ASSERT_TRUE(links.keep(r, braids_to(1, 30)).ok());
+    EXPECT_TRUE(links.has(r));
+    EXPECT_TRUE(same(**links.of(r), braids_to(1, 30)));
+    EXPECT_TRUE(links.past(r).value().empty());
+    links.forget_all();
+    EXPECT_EQ(links.kept().in_memory_bytes + links.kept().streamed_bytes, 0u);
+  }
+}
+
+TEST_F(KeptLinksOnDisk, WhereTheNewOnesCannotBeWrittenTheLastOnesStay) {
+  KeptLinks links(*store_, kReceivers);
+  ASSERT_TRUE(links.fit(0, order_).ok());
+  const ClusterId r(1u);
+  ASSERT_TRUE(links.keep(r, braids_to(1, 10)).ok());
+  links.become_past(r);
+  disk_.capacity = disk_.used();
+  EXPECT_FALSE(links.keep(r, braids_to(1, 1 << 20)).ok());
+  const Result<std::span<const Braid>> past = links.past(r);
+  ASSERT_TRUE(past.ok()) << past.status().message();
+  EXPECT_TRUE(same({past->begin(), past->end()}, braids_to(1, 10)));
+}
+
 TEST_F(KeptLinksOnDisk, WhatIsForgottenIsMadeAnew) {
   KeptLinks links(*store_, kReceivers);
   ASSERT_TRUE(links.fit(0, order_).ok());  // all are streamed

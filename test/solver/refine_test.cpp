@@ -8,6 +8,7 @@
 #include <array>
 #include <cstring>
 #include <numbers>
+#include <vector>
 
 #include "engine/squared.h"
 #include "solver/form_factor.h"
@@ -89,7 +90,7 @@ TEST(Refine, UnoccludedTransfersAreFormFactors) {
       for (const double threshold : {0.02, 0.002}) {
         const Outcome o = carry_out(t, settings_of(threshold));
         EXPECT_NEAR(o.mean(), exact, threshold) << "order " << order;
-        EXPECT_FALSE(o.set.empty());
+        EXPECT_GT(o.set.links.size() + o.set.thin.size(), 0u);
       }
     }
 }
@@ -153,7 +154,7 @@ TEST(Refine, ErrorFollowsTheThreshold) {
 TEST(Refine, NothingPassesAWall) {
   const Polygon wall = parallelogram({-5, -5, 0.5}, {11, 0, 0}, {0, 11, 0});
   const Outcome o = carry_out({floor_square(), ceiling_square(1), {wall}, 2}, settings_of(0.001));
-  EXPECT_TRUE(o.set.empty());
+  EXPECT_EQ(o.set.links.size() + o.set.thin.size() + o.set.doubts.size(), 0u);
   EXPECT_EQ(o.mean(), 0);
 }
 
@@ -495,6 +496,95 @@ TEST(Refine, InertSourcesAndThoseTurnedAwayAreNotLinked) {
   refiner.link(receiver, roots, set);  // itself is in the cluster too
   refiner.flush();
   EXPECT_TRUE(set.empty());
+}
+
+// Two levels of links from a near and a far source, past a blocker, to one receiver.
+struct TwoLevels {
+  RefineSettings coarse = settings_of(0.1), fine = settings_of(0.04);
+  double brighter = 1;  // the far source, at the second level
+
+  // Whether the far source's pair, and the near one's, was taken over; all links at the second level.
+  std::vector<bool> stays;
+  LinkSet first, second;
+
+  void carry_out() {
+    const Polygon low = parallelogram({0.2, 0.2, 0.2}, {0, 0.5, 0}, {0.5, 0, 0});
+    const Polygon far = parallelogram({-1, -1, 6}, {0, 3, 0}, {3, 0, 0});
+    const Polygon aside = parallelogram({0.9, 0.9, 3}, {0.2, 0, 0}, {0, 0.2, 0});
+    const std::vector<BlockerPolygon> blockers{
+        {floor_square(), 0}, {low, 1}, {far, 2}, {aside, 3}};
+    const BlockerIndex index(blockers);
+    const RayScene rays(blockers);
+    const Surroundings around{&index, &rays};
+    PatchTree receiver;
+    const auto sources = [&](double radiosity) {
+      Patches patches(2);
+      patches.add(floor_square());
+      patches.add(low, {Spectrum{0}, Spectrum{1}});
+      patches.add(far, {Spectrum{0}, Spectrum{radiosity}});
+      std::vector<PatchTree> trees = patches.trees();
+      if (receiver.elements.empty()) receiver = trees[0];
+      return trees;
+    };
+    std::vector<PatchTree> dim = sources(1), bright = sources(brighter);
+    const Record before(0, dim), now(0, bright);
+    const ClusterView dim_view = before.view(), bright_view = now.view();
+    const SourceRoots dim_roots(dim_view), bright_roots(bright_view);
+    Refiner one(coarse, around), two(fine, around);
+    one.link(receiver, dim_roots, first);
+    one.flush();
+    const Braid braid = plait(ClusterId(0u), std::span(&first, 1));
+    stays = two.take_over(braid, *braid.strand_of(0), bright_roots, second);
+    two.link(receiver, bright_roots, second, stays);
+    two.flush();
+  }
+  static std::size_t from(const LinkSet& set, std::uint32_t patch) {
+    return std::ranges::count(set.links, patch, &LinkHead::source_patch);
+  }
+};
+
+constexpr std::uint32_t kNear = 1, kFar = 2;
+
+TEST(RefineAgain, APairThatWasGoodEnoughKeepsItsLinkBitForBit) {
+  TwoLevels levels;
+  levels.carry_out();
+  EXPECT_FALSE(levels.stays[kNear]);
+  ASSERT_TRUE(levels.stays[kFar]);
+  ASSERT_EQ(TwoLevels::from(levels.first, kFar), 1u);
+  ASSERT_EQ(TwoLevels::from(levels.second, kFar), 1u);
+  EXPECT_GT(TwoLevels::from(levels.second, kNear), TwoLevels::from(levels.first, kNear));
+  const auto coupling = [](const LinkSet& set) {
+    const std::size_t k2 = set.couplings.size() / set.links.size();
+    const auto i = std::ranges::find(set.links, kFar, &LinkHead::source_patch) - set.links.begin();
+    const auto at = set.couplings.begin() + i * std::ptrdiff_t(k2);
+    return std::vector<float>(at, at + std::ptrdiff_t(k2));
+  };
+  EXPECT_EQ(coupling(levels.first), coupling(levels.second));
+}
+
+// What stays is what would be made.
+TEST(RefineAgain, ItIsTheLinkThatWouldBeMadeAnew) {
+  TwoLevels kept, anew;
+  kept.carry_out();
+  anew.coarse = anew.fine;  // its first level is the other's second
+  anew.carry_out();
+  EXPECT_EQ(TwoLevels::from(kept.second, kFar), TwoLevels::from(anew.first, kFar));
+  EXPECT_EQ(kept.second.doubts.size(), anew.first.doubts.size());
+}
+
+TEST(RefineAgain, AMuchBrighterSourceIsLookedAtAgain) {
+  TwoLevels levels;
+  levels.brighter = 1000;
+  levels.carry_out();
+  EXPECT_FALSE(levels.stays[kFar]);
+  EXPECT_GT(TwoLevels::from(levels.second, kFar), 1u);
+}
+
+TEST(RefineAgain, AMuchFinerThresholdTakesNothingOver) {
+  TwoLevels levels;
+  levels.fine = settings_of(1e-5);
+  levels.carry_out();
+  EXPECT_FALSE(levels.stays[kFar]);
 }
 
 TEST(Refine, MinEdgeBoundsTheElements) {
