@@ -263,6 +263,8 @@ SweepOutcome Scheduler::outcome(bool reaches_further) const {
   const double reflected = light_with_pending() * luminance(sweep_.sums.reflected);
   SweepOutcome o;
   o.change = reaches_further ? 1 : reflected > 0 ? sweep_.sums.change / reflected : 0;
+  const double arriving = light_with_pending() * sweep_.sums.flux_in;
+  o.awaited = arriving > 0 ? equilibrium_->flux_awaited() / arriving : 0;
   o.residual = residual();
   o.noisy = sweep_.refined.kernels > 0;
   return o;
