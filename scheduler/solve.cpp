@@ -457,8 +457,10 @@ Status Scheduler::look_at_error() {
     const std::clock_t start = std::clock();
     ATRIUM_RETURN_IF_ERROR(find_bright());
     const double finding = double(std::clock() - start) / CLOCKS_PER_SEC;
+    EstimateSettings settings = kLooks[look];
+    settings.asked = options_.error;
     const Result<ErrorEstimate> found =
-        estimate_error(prepared_->model, directory_.store(), *fresh_, *bright_, kLooks[look]);
+        estimate_error(prepared_->model, directory_.store(), *fresh_, *bright_, settings);
     if (!found.ok()) return found.status();
     summary().estimate = *found;
     summary().estimate.cpu_seconds += finding;

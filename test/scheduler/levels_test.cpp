@@ -95,8 +95,8 @@ TEST_F(Levels, AChangeThatGrowsIsFarFromSettled) {
   EXPECT_EQ(cursor_.phase, Phase::kLinks);
 }
 
-// Of white paint, ρ = .999, a hundredth of all light is missing: a sweep brings a thousandth of that,
-// far below what the last level may leave, but the coarse system knows of all of it.
+// Of white paint, ρ = .999, a hundredth of all light is missing: a sweep brings a thousandth of
+// that, far below what the last level may leave, but the coarse system knows of all of it.
 TEST_F(Levels, LightThatTheCoarseSystemAwaitsIsStillToCome) {
   options_.error = 0.01;
   be_at(kLast);
