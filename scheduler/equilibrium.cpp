@@ -375,6 +375,13 @@ double Equilibrium::come_by_itself(ClusterId cluster) const {
   return most;
 }
 
+double Equilibrium::flux_awaited() const {
+  double flux = 0;
+  for (std::size_t u = 0; u < units(); ++u)
+    if (gathers(u)) flux += areas()[u] * std::abs(luminance(pending_[u]));
+  return flux;
+}
+
 bool Equilibrium::anything_pending(ClusterId cluster) const {
   for (std::uint32_t u = first_unit_[cluster.value]; u < first_unit_[cluster.value + 1]; ++u)
     if (pending_[u] != Spectrum{0}) return true;

@@ -177,6 +177,8 @@ class Equilibrium {
 
   // lm, luminance of all that is pending.
   double flux_pending() const;
+  // The same of either sign, where sweeps gather: what the next one is to change by it.
+  double flux_awaited() const;
   // After a complete sweep, which changed so much: what is still to come, as far as units tell.
   void correct(double change);
   // What was gained beside the links, by a local pass: pending is what that sends on.

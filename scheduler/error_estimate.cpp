@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/cluster_record.h"
+#include "engine/squared.h"
 #include "scheduler/solution.h"
 #include "scheduler/stored_patches.h"
 #include "solver/sample_sequence.h"
@@ -27,6 +28,11 @@ constexpr double kQuantile = 2.04;
 // A point is covered, as floors are under furniture, if no less of its rays than this is lost: no
 // light reaches it, and none sees it.
 constexpr double kCovered = 1 - 1e-9;
+
+// Where their noise hides what is asked, points get so many times as many directions, so often.
+constexpr int kMoreDirections = 4, kMostMore = 2;
+// An error is clear that is twice what noise would be taken for.
+constexpr double kClear = 0.5;
 
 // No single point counts for more than this share of the squares: a bright spot where shadow
 // should be, met by chance, would decide the estimate alone. The interval's upper end counts it in
@@ -464,6 +470,23 @@ void conclude(const Analysis& analysis, ErrorEstimate& estimate) {
   estimate.closure_within = kQuantile * closure.standard_error;
 }
 
+// What noise alone would be taken for, root mean square: of normal noise σ, of which so many
+// replicates tell, the square less what is taken off for it has the variance σ⁴ (2 + 2 / (n - 1)).
+double error_of_noise(std::span<const Sample> samples) {
+  double mean = 0, weight = 0, variance = 0;
+  for (const Sample& s : samples) {
+    if (!s.counts()) continue;
+    mean += s.weight * s.fresh;
+    weight += s.weight;
+  }
+  if (!(mean > 0)) return 0;
+  mean /= weight;
+  for (const Sample& s : samples)
+    if (s.counts())
+      variance += squared(s.weight / weight * squared(s.noise / std::max(mean, s.fresh)));
+  return std::pow((2 + 2.0 / (kReplicates - 1)) * variance, 0.25);
+}
+
 }  // namespace
 
 Result<ErrorEstimate> estimate_error(const Model& model, ClusterStore& store, FreshGather& fresh,
@@ -479,14 +502,18 @@ Result<ErrorEstimate> estimate_error(const Model& model, ClusterStore& store, Fr
   RayShares shares{groups.of_cluster, groups.area_share.size(), {}};
   std::vector<GatherPoint> points;
   for (const Sample& s : samples) points.push_back(s.point);
-  const FreshSettings gather{settings.directions, kReplicates, derived(settings.seed, 0)};
-  const auto fresh_values = fresh.gather(bright, points, gather, &shares);
-  if (!fresh_values.ok()) return fresh_values.status();
-  for (std::size_t i = 0; i < samples.size(); ++i) compare((*fresh_values)[i], samples[i]);
   ErrorEstimate estimate;
-  if (samples.size() > kBlocks) conclude(Analysis(*flux, groups, samples, shares), estimate);
+  FreshSettings gather{settings.directions, kReplicates, derived(settings.seed, 0)};
+  for (int more = 0;; ++more, gather.directions *= kMoreDirections) {
+    const auto fresh_values = fresh.gather(bright, points, gather, &shares);
+    if (!fresh_values.ok()) return fresh_values.status();
+    for (std::size_t i = 0; i < samples.size(); ++i) compare((*fresh_values)[i], samples[i]);
+    if (samples.size() > kBlocks) conclude(Analysis(*flux, groups, samples, shares), estimate);
+    estimate.rays += samples.size() * static_cast<std::uint64_t>(gather.directions);
+    const double told = std::max(settings.asked, kClear * estimate.error);
+    if (settings.asked == 0 || more == kMostMore || error_of_noise(samples) <= told) break;
+  }
   estimate.points = samples.size();
-  estimate.rays = samples.size() * static_cast<std::uint64_t>(settings.directions);
   estimate.cpu_seconds = double(std::clock() - start) / CLOCKS_PER_SEC;
   return estimate;
 }

@@ -32,11 +32,12 @@ bool stalled(Cursor& cursor, const SweepOutcome& sweep) {
   return cursor.stalled >= (sweep.noisy ? kNoisySweeps : kStalledSweeps);
 }
 
-// Is the light still to come little enough for what the level's answer is wanted for?
-bool settled(const Cursor& cursor, const SolveOptions& options) {
-  return cursor.rest < (cursor.settling         ? kTakenRest
-                        : at_last_level(cursor) ? kFineRestOfError * options.error
-                                                : kCoarseRest);
+// Is the light still to come little enough for what the level's answer is wanted for? A coarse
+// level may end while some is awaited: the next one's links bring it.
+bool settled(const Cursor& cursor, const SolveOptions& options, double by_sweeps) {
+  if (cursor.settling) return cursor.rest < kTakenRest;
+  return at_last_level(cursor) ? cursor.rest < kFineRestOfError * options.error
+                               : by_sweeps < kCoarseRest;
 }
 
 // The next level, or the last one over again; its link threshold is so many times what it would be.
@@ -109,14 +110,17 @@ Next after_sweep(Cursor& cursor, const SolveOptions& options, const SweepOutcome
   // Where iterations are counted out, each level gets its share of them.
   const std::uint64_t share = limit ? std::max<std::uint64_t>(1, limit / kLevels.size()) : 0;
   const bool last = at_last_level(cursor);
-  cursor.rest = rest_of_light(cursor, sweep.change);
+  // Light that goes round between white walls changes by little in a sweep, however much of it is
+  // missing: the coarse system knows.
+  const double by_sweeps = rest_of_light(cursor, sweep.change);
+  cursor.rest = std::max(by_sweeps, sweep.awaited);
   ++cursor.sweep;
   cursor.last_change = sweep.change;
   // What the coarse system adds after a level's first sweep is seen after its second.
   cursor.unseen = cursor.sweep <= 2 ? 1 : cursor.unseen + sweep.change;
   const bool no_progress = stalled(cursor, sweep);
   if (cursor.settling) ++cursor.settling;
-  const bool is_settled = settled(cursor, options);
+  const bool is_settled = settled(cursor, options, by_sweeps);
   if (last && options.residual > 0 && sweep.residual <= options.residual)
     return end_for_good(cursor, Stop::kResidual);
   if (limit && cursor.iteration >= limit) return {.stop = Stop::kIterations};

@@ -86,6 +86,7 @@ int exit_code(Stop stop);
 // What a complete sweep across links has measured.
 struct SweepOutcome {
   double change = 0;    // of reflected flux, as a share of it
+  double awaited = 0;   // of the light, as a share: what the coarse system has found to be to come
   double residual = 0;  // relative, as SolveOptions has it
   bool noisy = false;   // links were made anew
 };

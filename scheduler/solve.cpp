@@ -274,6 +274,8 @@ SweepOutcome Scheduler::outcome(bool reaches_further) const {
   const double reflected = light_with_pending() * luminance(sweep_.sums.reflected);
   SweepOutcome o;
   o.change = reaches_further ? 1 : reflected > 0 ? sweep_.sums.change / reflected : 0;
+  const double arriving = light_with_pending() * sweep_.sums.flux_in;
+  o.awaited = arriving > 0 ? equilibrium_->flux_awaited() / arriving : 0;
   o.residual = residual();
   o.noisy = sweep_.refined.kernels > 0;
   return o;
@@ -467,8 +469,10 @@ Status Scheduler::look_at_error() {
     const std::clock_t start = std::clock();
     ATRIUM_RETURN_IF_ERROR(find_bright());
     const double finding = double(std::clock() - start) / CLOCKS_PER_SEC;
+    EstimateSettings settings = kLooks[look];
+    settings.asked = options_.error;
     const Result<ErrorEstimate> found =
-        estimate_error(prepared_->model, directory_.store(), *fresh_, *bright_, kLooks[look]);
+        estimate_error(prepared_->model, directory_.store(), *fresh_, *bright_, settings);
     if (!found.ok()) return found.status();
     summary().estimate = *found;
     summary().estimate.cpu_seconds += finding;

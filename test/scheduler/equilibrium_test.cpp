@@ -117,7 +117,9 @@ TEST_F(TwoPlates, APlateThatIsNotGatheredToIsGivenWhatTheOtherHoldsByK) {
   EXPECT_NEAR(given(1), kSecond, kNearly * kSecond);
   now.reach(ClusterId(0u));
   EXPECT_EQ(now.reached(ClusterId(0u)), Reached::kNext);
+  EXPECT_EQ(now.flux_awaited(), 0);  // of both it is pending, but no sweep will see it
   now.begin_sweep();
+  EXPECT_NEAR(now.flux_awaited(), given(0), kNearly);  // of 1 m²
   double e = 0;
   for (const double rho : {.8, .7, .7}) {
     const double was = e + given(0), change = rho * given(1) - was;

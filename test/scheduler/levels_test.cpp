@@ -95,6 +95,37 @@ TEST_F(Levels, AChangeThatGrowsIsFarFromSettled) {
   EXPECT_EQ(cursor_.phase, Phase::kLinks);
 }
 
+// Of white paint, ρ = .999, a hundredth of all light is missing: a sweep brings a thousandth of
+// that, far below what the last level may leave, but the coarse system knows of all of it.
+TEST_F(Levels, LightThatTheCoarseSystemAwaitsIsStillToCome) {
+  options_.error = 0.01;
+  be_at(kLast);
+  cursor_.sweep = 0;
+  after_sweep(cursor_, options_, {.change = 1e-5, .awaited = 1e-2});
+  EXPECT_EQ(cursor_.rest, 1e-2);
+  EXPECT_EQ(cursor_.phase, Phase::kLinks);
+  cursor_.last_change = 0;
+  after_sweep(cursor_, options_, {.change = 1e-5, .awaited = 1e-6});
+  EXPECT_EQ(cursor_.rest, 1e-5);
+  EXPECT_EQ(cursor_.phase, Phase::kJudge);
+}
+
+// A coarse level ends while light is awaited, which the next one's links bring; but its answer is
+// not taken before it is there.
+TEST_F(Levels, ACoarseAnswerIsTakenWithTheLightThatIsAwaited) {
+  be_at(1);
+  cursor_.sweep = 0;
+  after_sweep(cursor_, options_, {.change = 1e-8, .awaited = 1e-2});
+  EXPECT_EQ(cursor_.phase, Phase::kJudge);
+  EXPECT_EQ(estimate(kBelow * options_.error).stop, Stop::kNone);
+  EXPECT_EQ(cursor_.phase, Phase::kLinks);
+  after_sweep(cursor_, options_, {.change = 1e-9, .awaited = 1e-2});
+  EXPECT_EQ(cursor_.phase, Phase::kLinks);
+  after_sweep(cursor_, options_, {.change = 1e-10, .awaited = 1e-7});
+  EXPECT_EQ(cursor_.phase, Phase::kJudge);
+  EXPECT_EQ(estimate(kBelow * options_.error).stop, Stop::kConverged);
+}
+
 TEST_F(Levels, ALevelWithoutProgressIsJudgedAsItIs) {
   be_at(kLast);
   cursor_.sweep = 0;

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "solver/form_factor.h"
+#include "solver/outline.h"
 #include "test/solver/trees.h"
 
 namespace atrium::testing {
@@ -282,6 +283,35 @@ TEST(Coupling, PastASheetEachNodeSeesWhatItsShadowLeaves) {
   }
   EXPECT_NEAR(by_floor.mean, by_ceiling.mean, 0.02 * open.mean);  // two rules of four nodes
   EXPECT_LT(by_floor.mean, 0.7 * open.mean);                      // the sheet hides a good part
+}
+
+// The same in eight strips of the ceiling, across which the shadow's edges run: what a floor's node
+// sees of them adds up to what it sees of the ceiling, be it much or little of each. That what the
+// ceiling's nodes see of the floor does as well is up to where they happen to stand.
+TEST(Coupling, WhatANodeSeesOfTheStripsOfACeilingAddsUp) {
+  const auto [r, s] = floor_and_ceiling(2, 1);
+  const Site floor = make_site(r.view(), 0), ceiling = make_site(s.view(), 0);
+  const Polygon sheet = parallelogram({.3, -1, .5}, {.4, 0, 0}, {0, 3, 0});
+  const std::vector<BlockerPolygon> all{{sheet, 0}};
+  const std::vector<std::uint32_t> positions{0};
+  const BlockerList blockers{positions, all, 1e-9};
+  const Kernel whole =
+      seen_by_receiver(floor, ceiling, make_kernel(floor, ceiling), blockers).value();
+  constexpr int kStrips = 8;
+  std::array<double, kMaxNodes> rows{};
+  double by_ceiling = 0;
+  for (int i = 0; i < kStrips; ++i) {
+    Outline strip;
+    for (const Vec2& at : {Vec2{0, 0}, Vec2{0, 1}, Vec2{1, 1}, Vec2{1, 0}})
+      strip.push_back(s.head.frame.to_plane({(i + at.x) / kStrips, at.y, 1}));
+    const Site part = make_site(s.view(), 0, strip);
+    const Kernel open = make_kernel(floor, part);
+    const Kernel seen = seen_by_receiver(floor, part, open, blockers).value();
+    for (int k = 0; k < seen.rows; ++k) rows[k] += seen.row[k];
+    by_ceiling += seen_by_source(floor, part, open, blockers).value().mean;
+  }
+  for (int k = 0; k < whole.rows; ++k) EXPECT_NEAR(rows[k], whole.row[k], 1e-7) << k;
+  EXPECT_GT(std::abs(by_ceiling / whole.mean - 1), 0.01);
 }
 
 // Of a ceiling, half of which is hidden, a point sees the other half: the light comes from there,
