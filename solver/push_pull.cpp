@@ -48,6 +48,21 @@ void two_scale(const PatchView& v, std::size_t ci, std::span<double> h) {
   });
 }
 
+// More than there is cannot be taken off: a mean below 0 becomes 0. What varies about it fades out
+// as far as it is below, and not at once: leaves that a sweep put a little below 0 and the next one a
+// little above turned their surroundings back and forth for ever.
+void keep_from_negative(std::span<double> g, int channel) {
+  double& mean = g[std::size_t(channel)];
+  if (!(mean < 0)) return;
+  double varies2 = 0;
+  for (std::size_t a = kGatherChannels; a < g.size(); a += kGatherChannels)
+    varies2 += squared(g[a + std::size_t(channel)]);
+  const double kept = varies2 > 0 ? std::max(0.0, 1 + mean / std::sqrt(varies2)) : 0;
+  for (std::size_t a = kGatherChannels; a < g.size(); a += kGatherChannels)
+    g[a + std::size_t(channel)] *= kept;
+  mean = 0;
+}
+
 void close_row(std::span<double> g, const Closing& closing) {
   if (closing.how == Closing::How::kOpen) return;
   if (too_much(closing)) {
@@ -63,10 +78,7 @@ void close_row(std::span<double> g, const Closing& closing) {
     for (int c = 0; c < kChannels; ++c) g[a + c] += missing * closing.mean_radiosity[c];
     g[a + kRowSum] += missing;
   }
-  // More than there is cannot be taken off.
-  for (int c = 0; c < kChannels; ++c)
-    if (g[c] < 0)
-      for (std::size_t a = 0; a < g.size(); a += kGatherChannels) g[a + c] = 0;
+  for (int c = 0; c < kChannels; ++c) keep_from_negative(g, c);
 }
 
 // e of a leaf, as gathered, becomes old + over (e - old), unless its mean would be negative.

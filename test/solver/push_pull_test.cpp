@@ -323,6 +323,25 @@ TEST(Closing, TakesOffNoMoreThanThereIs) {
             (std::vector<double>{0, 10, 20}));
 }
 
+// A mean that comes out below 0 is 0, and what varies about it, 5 here, falls to nothing as that
+// goes down to -5: no step, across which sweeps would go back and forth.
+TEST(Closing, WhatVariesFadesOutAsItsMeanIsTakenOff) {
+  for (const double below : {1e-9, 1.0, 4.0, 5.0, 20.0}) {
+    PatchTree tree = tree_of(shapes()[3], 2);
+    GatherSlots slots;
+    slots.reset(1, tree.view().k());
+    slots.g[kRowSum] = 1.5;  // half of 100 is taken off
+    slots.g[0] = 50 - below;
+    slots.g[kGatherChannels] = 3;
+    slots.g[2 * kGatherChannels] = 4;
+    push_pull(tree, slots, {.how = Closing::How::kEachLeaf, .mean_radiosity = Spectrum{100}});
+    const double kept = std::max(0.0, 1 - below / 5);
+    EXPECT_EQ(tree.e[0], 0);
+    EXPECT_NEAR(tree.e[kChannels], 3 * kept, 1e-12);
+    EXPECT_NEAR(tree.e[2 * kChannels], 4 * kept, 1e-12);
+  }
+}
+
 // What a patch as a whole misses is spread over all of it.
 TEST(Closing, WholePatchGetsItsMissingShareEverywhere) {
   PatchTree tree = tree_of(shapes()[3], 2);
