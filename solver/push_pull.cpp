@@ -110,6 +110,16 @@ void add_everywhere(PatchTree& tree, const Spectrum& e) {
     for (int c = 0; c < kChannels; ++c) tree.e[at + c] += e[c];
 }
 
+void add_placed(PatchTree& tree, const PlacedLight& light, std::size_t patch) {
+  const std::span<const Spectrum> by_place = light.by_place(patch);
+  if (by_place.empty()) return add_everywhere(tree, light[patch]);
+  const std::size_t stride = std::size_t(tree.view().k()) * kChannels;
+  for (std::size_t i = 0; i < tree.elements.size(); ++i) {
+    const Spectrum& e = by_place[place_among(by_place.size(), tree.elements[i].place)];
+    for (int c = 0; c < kChannels; ++c) tree.e[i * stride + std::size_t(c)] += e[c];
+  }
+}
+
 void hand_down(PatchTree& tree, std::int32_t parent, std::int32_t child) {
   const PatchView v = tree.view();
   const int k = v.k();
@@ -125,7 +135,8 @@ void hand_down(PatchTree& tree, std::int32_t parent, std::int32_t child) {
     }
 }
 
-PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing, double over) {
+PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing, double over,
+                       std::span<PlaceGain> gains) {
   const PatchView v = tree.view();
   const int k = v.k();
   const std::size_t stride = std::size_t(k) * kGatherChannels;
@@ -189,8 +200,11 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
     const Spectrum gathered{e[0], e[1], e[2]};
     go_beyond(std::span(e, std::size_t(k) * kChannels), old, over);
     const Spectrum mean{e[0], e[1], e[2]};
-    sums.beyond += x.area * (mean - gathered);
-    sums.gained += x.area * (mean - Spectrum{old[0], old[1], old[2]});
+    const PlaceGain gain{x.area, x.area * (mean - Spectrum{old[0], old[1], old[2]}),
+                         x.area * (mean - gathered)};
+    sums.beyond += gain.beyond;
+    sums.gained += gain.gained;
+    if (!gains.empty()) gains[place_among(gains.size(), x.place)].add(gain);
     sums.flux_in += x.area * luminance(mean);
     sums.area += x.area;
     sums.absorbed += x.area * (Spectrum{1} - rho) * mean;

@@ -278,6 +278,25 @@ TEST(PushPull, WhatIsTakenBeyondTheGatherIsNoPartOfItsChange) {
   EXPECT_DOUBLE_EQ(dark.beyond[0], 0);
 }
 
+// From dark, quarters that gather 1 to 4 times over: each place has gained its own, and none above
+// or below.
+TEST(PushPull, GainsAreToldByThePlacesAskedFor) {
+  PatchTree tree = tree_of(shapes()[3], 1);  // unit square
+  grow(tree, 31);
+  GatherSlots slots;
+  slots.reset(tree.elements.size(), 1);
+  for (std::size_t quarter = 3; quarter < 7; ++quarter)
+    slots.g[quarter * kGatherChannels] = double(quarter - 2);
+  std::vector<PlaceGain> gains(8);
+  const PushPullSums s = push_pull(tree, slots, {}, 1.5, gains);
+  for (std::size_t q = 0; q < 8; ++q) {
+    EXPECT_NEAR(gains[q].area, q < 4 ? 0 : .25, 1e-14);
+    EXPECT_NEAR(gains[q].gained.x, q < 4 ? 0 : 1.5 * .25 * double(q - 3), 1e-14);
+    EXPECT_NEAR(gains[q].beyond.x, q < 4 ? 0 : .5 * .25 * double(q - 3), 1e-14);
+  }
+  EXPECT_NEAR(s.gained.x, 1.5 * .25 * (1 + 2 + 3 + 4), 1e-14);
+}
+
 // E of a patch of one constant element that has gathered g, row sum last.
 std::vector<double> closed(std::vector<double> g, const Closing& closing) {
   PatchTree tree = tree_of(shapes()[3], 1);
