@@ -8,6 +8,7 @@
 // trivially copyable, no padding that is not named, indices and never pointers.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
@@ -29,6 +30,11 @@ inline constexpr int kMaxCoefficients = coefficient_count(kMaxOrder);
 // An element's outline has at most this many corners; a split that would exceed it is not made.
 inline constexpr std::uint32_t kMaxOutline = 24;
 
+// The places of a patch are its halves, their halves, and so on, kPlaceDepth times, numbered as in
+// a heap: the patch is 1, the halves of place p are 2p and 2p + 1.
+inline constexpr int kPlaceDepth = 6;
+inline constexpr std::uint16_t kFirstDeepest = 1 << kPlaceDepth;
+
 struct Element {
   double area = 0;     // m²
   Vec2 centroid{0};    // in the patch's frame
@@ -41,10 +47,17 @@ struct Element {
   std::int32_t child = -1;   // the first of two, patch-local; -1: a leaf
   std::int32_t parent = -1;  // patch-local; -1: the root
   std::uint32_t first_vertex = 0;  // patch-local
-  std::uint32_t vertex_count = 0;  // convex, counter-clockwise
+  std::uint16_t vertex_count = 0;  // convex, counter-clockwise
+  std::uint16_t place = 1;         // that it is, or is within
   bool leaf() const { return child < 0; }
 };
 static_assert(std::is_trivially_copyable_v<Element> && sizeof(Element) == 64);
+
+// The one of a patch's first places, so many and the 0 that is none, that holds a place.
+inline std::size_t place_among(std::size_t places, std::size_t place) {
+  while (place >= places) place /= 2;
+  return place;
+}
 
 // A contact line in the patch's frame: radiosity may jump across it.
 struct Segment2 {

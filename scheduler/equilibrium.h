@@ -2,21 +2,18 @@
 // and round between white walls changes little from sweep to sweep and takes hundreds of them; seen
 // from far it is one number a wall, and those have an equilibrium that can be solved for at once.
 //
-// Units are the patches that make up much of their cluster, and the rest of each cluster in one.
-// Inert patches are part of none: they have no light, and would dilute the others'.
+// Units are patches, what is left of clusters, and where it pays parts of patches (coarse_units.h).
 // The matrix K holds for each pair of units what the links of this level, and the closing of their
-// rows, make of a unit's mean irradiance in another's (a Galerkin product over functions constant
-// on units). After a sweep the residual is what sources that came later have changed, carried by K,
-// less what the unit's own gather was taken beyond (solver/push_pull.h); (I - K) x = residual gives
-// what is still to come, and x is pending: it is added to a unit's E where it is read, and becomes
-// part of what is stored when the unit's cluster is gathered to. So the fixed point is that of the
-// plain iteration, and the records are not passed over once more.
+// rows, make of a unit's mean irradiance in another's (coarse_rows.h). After a sweep the residual
+// is what sources that came later have changed, carried by K, less what the unit's own gather was
+// taken beyond (solver/push_pull.h); (I - K) x = residual gives what is still to come
+// (coarse_solve.h), and x is pending: it is added to a unit's E where it is read, and becomes part
+// of what is stored when the unit's cluster is gathered to. So the fixed point is that of the plain
+// iteration, and the records are not passed over once more.
 //
 // Residual form, a matrix that stays: corrections from fluxes measured during a sweep oscillate
-// where paint is white. [facts/radiosity.md, stiffness] A row of K must sum to what the unit's
-// surroundings reflect, exactly: white rooms live on the small rest of it. What is left to the
-// sweeps are modes inside of units; mixing the last sweeps' unit means (Anderson) does not see
-// them, and made things worse.
+// where paint is white. [facts/radiosity.md, stiffness] What is left to the sweeps are modes inside
+// of units; mixing the last sweeps' unit means (Anderson) does not see them, and made things worse.
 //
 // Two things are learnt by unit from sweep to sweep. Trust: a correction that the unit's gather
 // takes back is taken in part the next time; a mean does not tell what a patch sees that sees one
@@ -29,35 +26,20 @@
 // Not thread safe, apart from reading what is pending.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
 
-#include "engine/cluster_record.h"
-#include "engine/face_group.h"
 #include "engine/model.h"
 #include "engine/status.h"
 #include "pagestore/cluster_store.h"
-#include "solver/link.h"
-#include "solver/push_pull.h"
+#include "scheduler/coarse_rows.h"
+#include "scheduler/coarse_solve.h"
+#include "scheduler/coarse_units.h"
 
 namespace atrium {
-
-// What K holds of one receiving unit.
-struct CoarseEntry {
-  std::uint32_t unit = 0;                // the source
-  std::array<float, kChannels> share{};  // of the source's mean E, in the receiver's
-  float form_factor = 0;                 // of the source's mean B: what share is without its paint
-};
-
-// What a gather made of a patch, lm.
-struct PatchGain {
-  Spectrum gained{0};  // ∫ ΔE dA
-  Spectrum beyond{0};  // of gained, what was taken beyond the gather
-};
 
 // What gathers have brought of a unit's light. (solver/gather.h, SentDetail)
 struct UnitDetail {
@@ -95,45 +77,17 @@ enum class Reached : std::uint8_t {
   kNow
 };
 
-class Equilibrium;
-
-// Sums the rows of K of one receiver while its links are made, source by source.
-class CoarseRows {
- public:
-  CoarseRows(const Equilibrium& equilibrium, ClusterId receiver);
-  // The braid's sources come in ascending order.
-  void add(const Braid& braid, const ClusterView& source, std::span<const PatchTree> receiver,
-           const GroupView& groups = {});
-  // How a patch's row is closed: after all sources.
-  void close(std::size_t patch, const PatchTree& tree, const Closing& closing);
-
- private:
-  friend class Equilibrium;
-  // Sums over links, m² × the source's reflectance: in float, white rows would miss what they
-  // absorb.
-  struct Entry {
-    std::uint32_t unit = 0;
-    Spectrum share{0}, doubt{0};     // of form factors, and their variances
-    double factors = 0, doubts = 0;  // m², the same of a source that reflects all
-    bool none() const { return factors == 0 && doubts == 0; }
-  };
-  const Equilibrium& equilibrium_;
-  ClusterId receiver_;
-  std::uint32_t first_ = 0;                          // of the receiver's units
-  std::vector<std::vector<Entry>> rows_;             // by unit, not closed
-  std::vector<double> doubt_;                        // m², by unit, of all sources
-  std::vector<double> linked_, missing_, too_much_;  // m², by unit, Σ form factor × area
-};
-
 class Equilibrium {
  public:
-  Equilibrium(const Model& model, std::span<const ClusterId> order);
+  Equilibrium(const Model& model, std::span<const ClusterId> order,
+              Division division = Division::kNone);
 
-  std::size_t units() const { return area_.size(); }
-  // lx, by local patch: to be added to E where it is read.
-  std::vector<Spectrum> pending(ClusterId cluster) const;
-  // By local patch.
-  std::span<const std::uint32_t> units_of(ClusterId cluster) const;
+  std::size_t units() const { return units_.size(); }
+  const CoarseUnits& coarse_units() const { return units_; }
+  // To be added to E where it is read.
+  PlacedLight pending(ClusterId cluster) const { return units_.placed(cluster, pending_); }
+  // By local patch; the first of its parts where it is divided.
+  std::span<const std::uint32_t> units_of(ClusterId cluster) const { return units_.of(cluster); }
   // Local patches, those of one unit together: the order of a gather within the cluster.
   std::vector<std::uint32_t> by_unit(ClusterId cluster) const;
 
@@ -161,7 +115,7 @@ class Equilibrium {
   // What was pending of it is part of what is stored.
   void put_in(ClusterId cluster);
   // m², by unit.
-  std::span<const double> areas() const { return area_; }
+  std::span<const double> areas() const { return units_.areas(); }
   // A complete gather to a cluster: nothing is pending of it any more.
   void gathered(ClusterId receiver, std::span<const PatchGain> patches);
 
@@ -171,7 +125,7 @@ class Equilibrium {
   // Memory: what it holds, and what a correction takes beside it.
   std::size_t bytes() const;
   // The unit that all members of its face groups are in.
-  std::uint32_t rest_unit(ClusterId cluster) const { return first_unit_[cluster.value]; }
+  std::uint32_t rest_unit(ClusterId cluster) const { return units_.first(cluster); }
   // By local patch, of this level: the share of its detail that coarse links bring.
   std::vector<double> detail_shares(ClusterId cluster) const;
 
@@ -193,25 +147,22 @@ class Equilibrium {
   Status restore(ClusterStore& store);
 
  private:
-  friend class CoarseRows;
+  // Of a patch, as if none were divided; number: of a source, by its first part.
+  std::vector<CoarseFactor> undivided_row(std::uint32_t first_part,
+                                          std::span<const std::uint32_t> number) const;
   void learn_detail_shares();
   void judge_correction(std::size_t unit, const Spectrum& change);
   bool gathers(std::size_t unit) const {
-    return reached_[cluster_of_unit_[unit]] == Reached::kNow;
+    return reached(units_.cluster_of(unit)) == Reached::kNow;
   }
   void solve_for(std::span<const Spectrum> residual);
   // What v has changed in a sweep, u's gather in it has not seen. Nor, at large, what its own
   // patches have.
   bool later(std::uint32_t v, std::uint32_t u) const;
-  std::vector<Spectrum> solve(double reach, std::span<const Spectrum> residual) const;
 
-  std::vector<std::uint32_t> unit_of_patch_;      // by PatchId
-  std::vector<std::uint32_t> first_patch_;        // by cluster, one more at the end
-  std::vector<std::uint32_t> first_unit_;         // by cluster, one more at the end
-  std::vector<std::uint32_t> cluster_of_unit_;
-  std::vector<std::uint32_t> rank_;               // by unit: its cluster's place in the order
-  std::vector<double> area_;                      // m², by unit
-  std::vector<std::vector<CoarseEntry>> k_;       // rows by unit, ascending
+  CoarseUnits units_;
+  std::vector<std::uint32_t> rank_;               // by cluster: its place in the order
+  CoarseMatrix k_;                                // sources ascend
   std::size_t entries_ = 0;                       // of all rows
   std::vector<Spectrum> change_;                  // lx, of this sweep, by unit
   std::vector<Spectrum> beyond_;                  // lx, of change_, by unit

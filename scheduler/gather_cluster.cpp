@@ -21,6 +21,7 @@ struct Receiver {
   std::vector<Element> as_elements;  // the groups, of which only their area counts
   std::vector<GatherSlots> slots;    // of the patches, then of the groups; so all that follow
   std::vector<RowMean> means;
+  std::vector<PatchGain> gains;      // of the patches
   RefineCounters refined;
   std::vector<std::vector<SentDetail>> details;  // of the braid at hand; empty: nobody asks
 
@@ -30,6 +31,7 @@ struct Receiver {
         as_elements(groups.groups.size()),
         slots(trees.size() + groups.groups.size()),
         means(slots.size()),
+        gains(trees.size()),
         details(asks_for_details ? slots.size() : 0) {
     for (std::size_t p = 0; p < trees.size(); ++p)
       slots[p].reset(trees[p].elements.size(), trees[p].view().k());
@@ -125,7 +127,7 @@ struct Source {
   ClusterPin pin;  // its record is used in place, or
   std::vector<std::byte> copy;  // where others are installed beside it; R's own is held already
   ClusterView view;
-  std::vector<Spectrum> pending;
+  PlacedLight pending;
 };
 
 // Records of sources that are installed together, bytes: enough for all threads to have work. Which
@@ -207,7 +209,7 @@ std::vector<Braid> make_braids(const GatherTask& task, const Surroundings& aroun
   std::vector<SourceRoots> from(installed.size());
   std::vector<std::vector<LinkSet>> sets(installed.size());
   tbb::parallel_for(std::size_t(0), installed.size(), [&](std::size_t i) {
-    from[i] = SourceRoots(installed[i].view, task.refine.ambient, installed[i].pending);
+    from[i] = SourceRoots(installed[i].view, task.refine.ambient, installed[i].pending.means());
     sets[i].resize(receiver.slots.size());
   });
   std::vector<std::vector<Branch>> branches(roots.size());
@@ -326,18 +328,25 @@ Closing closing_of(const PatchTree& tree, const RowMean& mean) {
 
 // What is pending becomes part of R.
 void take_pending(const Equilibrium& equilibrium, ClusterId id, Receiver& receiver) {
-  const std::vector<Spectrum> pending = equilibrium.pending(id);
+  const PlacedLight pending = equilibrium.pending(id);
   for (std::size_t p = 0; p < receiver.trees.size(); ++p)
-    add_everywhere(receiver.trees[p], pending[p]);
+    add_placed(receiver.trees[p], pending, p);
 }
 
 // 4. Invoke solver PushPull( each patch of R )
-PushPullSums push_pull_patch(const GatherTask& task, Receiver& receiver, std::size_t p) {
+PushPullSums push_pull_patch(const GatherTask& task, const PlacedLight& pending,
+                             Receiver& receiver, std::size_t p) {
   PatchTree& tree = receiver.trees[p];
   if (tree.head.inert) return {};
   // What groups gather is a sweep behind, and going beyond it would not settle.
   const double over = receiver.groups.groups.empty() ? task.over : 1;
-  return push_pull(tree, receiver.slots[p], closing_of(tree, receiver.means[p]), over);
+  PatchGain& gain = receiver.gains[p];
+  gain.places.resize(pending.by_place(p).size());
+  const PushPullSums sums = push_pull(tree, receiver.slots[p],
+                                      closing_of(tree, receiver.means[p]), over, gain.places);
+  gain.gained = sums.gained;
+  gain.beyond = sums.beyond;
+  return sums;
 }
 
 // 3(e) across the cluster's braid with itself, and 4. A patch that sees others of its cluster
@@ -348,7 +357,7 @@ std::vector<PushPullSums> gather_within(const GatherTask& task, const ClusterVie
                                         const Braid* own, Receiver& receiver,
                                         std::vector<UnitDetail>& sent) {
   const std::size_t patches = receiver.trees.size();
-  const std::vector<Spectrum> pending = task.equilibrium->pending(task.receiver);
+  const PlacedLight pending = task.equilibrium->pending(task.receiver);
   const std::vector<double> shares = task.equilibrium->detail_shares(task.receiver);
   const SourceLight as_read(before, pending, shares);
   const SourceLight by_now(before, pending, shares, receiver.trees);
@@ -364,12 +373,12 @@ std::vector<PushPullSums> gather_within(const GatherTask& task, const ClusterVie
   constexpr std::size_t kWorthSharing = 1024;  // elements
   std::vector<PushPullSums> sums(patches);
   each_of(patches, receiver.elements() >= kWorthSharing, [&](std::size_t p) {
-    if (!strand_of[p]) sums[p] = push_pull_patch(task, receiver, p);
+    if (!strand_of[p]) sums[p] = push_pull_patch(task, pending, receiver, p);
   });
   for (const std::uint32_t p : task.equilibrium->by_unit(task.receiver)) {
     if (!strand_of[p]) continue;
     gather_strand(task, by_now, *own, *strand_of[p], receiver);
-    sums[p] = push_pull_patch(task, receiver, p);
+    sums[p] = push_pull_patch(task, pending, receiver, p);
   }
   if (own) note_sent(*task.equilibrium, by_now, *own, receiver, sent);
   return sums;
@@ -377,15 +386,13 @@ std::vector<PushPullSums> gather_within(const GatherTask& task, const ClusterVie
 
 // The receiver's part of the coarse system, and what this gather has changed.
 void tell(Equilibrium& equilibrium, ClusterId id, const Receiver& receiver,
-          std::span<const PushPullSums> sums, std::span<const UnitDetail> sent, CoarseRows* rows) {
+          std::span<const UnitDetail> sent, CoarseRows* rows) {
+  equilibrium.gathered(id, receiver.gains);
   if (rows) {
     for (std::size_t p = 0; p < receiver.trees.size(); ++p)
       rows->close(p, receiver.trees[p], closing_of(receiver.trees[p], receiver.means[p]));
     equilibrium.set_rows(*rows);
   }
-  std::vector<PatchGain> gains;
-  for (const PushPullSums& s : sums) gains.push_back({s.gained, s.beyond});
-  equilibrium.gathered(id, gains);
   equilibrium.sent(sent);
 }
 
@@ -433,7 +440,8 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     ATRIUM_CHECK(before_finer.empty() || before_finer.size() == sources.size());
   }
   std::optional<CoarseRows> rows;
-  if (task.linking != Linking::kUseKept) rows.emplace(*task.equilibrium, task.receiver);
+  if (task.linking != Linking::kUseKept)
+    rows.emplace(task.equilibrium->coarse_units(), task.receiver);
   std::uint64_t most_source_elements = 0;  // installed at once
   std::vector<UnitDetail> sent;
   const double start = now(), io_before = store.counters().io_seconds;
@@ -494,7 +502,7 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     }
   }
   write_record(task.receiver.value, receiver.trees, edit->bytes(), receiver.groups);
-  tell(*task.equilibrium, task.receiver, receiver, sums, sent, rows ? &*rows : nullptr);
+  tell(*task.equilibrium, task.receiver, receiver, sent, rows ? &*rows : nullptr);
 
   report.working_set_elements = report.elements + most_source_elements;
   report.working_set_bytes =

@@ -167,14 +167,19 @@ Result<GatherReport> measure_mend(ClusterStore& store, FreshGather& fresh,
   const Result<ClusterView> view = ClusterView::parse(pin->bytes());
   if (!view.ok()) return view.status();
   const std::vector<Spectrum> mends = mends_of(*view, owners, points, *found);
+  const PlacedLight pending = equilibrium.pending(id);
   std::vector<PatchGain> gains(view->size());
   std::size_t at = 0;
   for (std::size_t p = 0; p < view->size(); ++p) {
     const PatchView patch = view->patch(p);
     if (patch.head->inert) continue;
+    std::vector<PlaceGain>& places = gains[p].places;
+    places.resize(pending.by_place(p).size());
     for (const Element& x : patch.elements)
       if (x.leaf()) {
-        gains[p].gained += x.area * mends[at];
+        const PlaceGain gain{x.area, x.area * mends[at]};
+        gains[p].gained += gain.gained;
+        if (!places.empty()) places[place_among(places.size(), x.place)].add(gain);
         at += std::size_t(patch.k());
       }
   }

@@ -47,14 +47,15 @@ std::size_t mend_count(const ClusterView& cluster) {
   return count;
 }
 
-PushPullSums relight(PatchTree& tree, const Spectrum& everywhere, std::span<const Spectrum> mends) {
+PushPullSums relight(PatchTree& tree, const PlacedLight& light, std::size_t patch,
+                     std::span<const Spectrum> mends, std::span<PlaceGain> gains) {
   ATRIUM_CHECK(mends.empty() || mends.size() == mend_count(tree.view()));
-  add_everywhere(tree, everywhere);
+  add_placed(tree, light, patch);
   GatherSlots slots = filled(tree, mends);
-  return push_pull(tree, slots, Closing{});
+  return push_pull(tree, slots, Closing{}, 1, gains);
 }
 
-Relit relight(const ClusterView& before, ClusterEdit& record, std::span<const Spectrum> everywhere,
+Relit relight(const ClusterView& before, ClusterEdit& record, const PlacedLight& light,
               std::span<const Spectrum> mends) {
   const std::uint32_t cluster = before.head().cluster;
   std::vector<PatchTree> trees = read_record(before);
@@ -65,10 +66,13 @@ Relit relight(const ClusterView& before, ClusterEdit& record, std::span<const Sp
     relit.elements += trees[p].elements.size();
     if (trees[p].head.inert) continue;
     const std::size_t own = mends.empty() ? 0 : mend_count(trees[p].view());
-    const PushPullSums sums = relight(trees[p], everywhere[p], mends.first(own));
+    PatchGain& gain = relit.gains[p];
+    gain.places.resize(light.by_place(p).size());
+    const PushPullSums sums = relight(trees[p], light, p, mends.first(own), gain.places);
     mends = mends.subspan(own);
     relit.sums.add(sums);
-    relit.gains[p] = {sums.gained, sums.beyond};
+    gain.gained = sums.gained;
+    gain.beyond = sums.beyond;
   }
   pull_groups(trees, groups);
   write_record(cluster, trees, record.bytes(), groups);

@@ -1,6 +1,6 @@
 // Relight: light that comes to a cluster beside gathers across links becomes part of its record:
-// what is pending of its units (equilibrium.h), the same all over a patch, and what rays have
-// measured on its leaves (local_pass.h). Only the light changes, never an element.
+// what is pending of its units (equilibrium.h), the same all over each, and what rays have measured
+// on its leaves (local_pass.h). Only the light changes, never an element.
 //
 // Functions of their arguments; the record is the caller's.
 #pragma once
@@ -17,10 +17,12 @@
 
 namespace atrium {
 
-// Adds to a patch's E, lx, what comes to all of it, then its mends: K coefficients to each leaf, in
-// the elements' order; none: nothing is mended. A channel whose mean would be negative on a leaf
-// becomes 0 there. The sums tell what mends have changed, and nothing of the other.
-PushPullSums relight(PatchTree& tree, const Spectrum& everywhere, std::span<const Spectrum> mends);
+// Adds to a patch's E, lx, what comes to all of its places, then its mends: K coefficients to each
+// leaf, in the elements' order; none: nothing is mended. A channel whose mean would be negative on a
+// leaf becomes 0 there. The sums tell what mends have changed, and nothing of the other; gains too,
+// as push_pull has them.
+PushPullSums relight(PatchTree& tree, const PlacedLight& light, std::size_t patch,
+                     std::span<const Spectrum> mends, std::span<PlaceGain> gains = {});
 
 struct Relit {
   PushPullSums sums;             // over the patches that are not inert
@@ -31,8 +33,8 @@ struct Relit {
 // How many coefficients its mends are, those of inert patches being none.
 std::size_t mend_count(const ClusterView& cluster);
 
-// The same with a cluster, which `before` is a view of: everywhere by patch, mends all or none.
-Relit relight(const ClusterView& before, ClusterEdit& record, std::span<const Spectrum> everywhere,
+// The same with a cluster, which `before` is a view of: mends all or none.
+Relit relight(const ClusterView& before, ClusterEdit& record, const PlacedLight& light,
               std::span<const Spectrum> mends = {});
 
 }  // namespace atrium

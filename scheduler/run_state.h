@@ -46,6 +46,7 @@ struct Cursor {
   double rest = 1;              // of the light, what is still to come
   std::uint32_t settling = 0;   // sweeps, and one, since it was exact enough but for that rest
   std::uint32_t to_mend = 0;    // 1: by a local pass, before it is judged
+  std::uint32_t divided = 1;    // 1: large patches are, where it pays (scheduler/coarse_units.h)
 };
 
 // Working sets in the course of an iteration, in steps of as many gathers each: a bounded number of
@@ -73,7 +74,7 @@ struct Sweep {
 };
 
 // One more with every change of RunState, or of the records beside it that a run goes on from.
-inline constexpr std::uint32_t kRunStateVersion = 17;
+inline constexpr std::uint32_t kRunStateVersion = 18;
 
 struct RunState {
   std::uint32_t version = kRunStateVersion;

@@ -74,8 +74,14 @@ double closed_off(const PatchTree& tree, const Element& element) {
   return std::min(kMost, length * length / (16 * element.area));
 }
 
+// The half of a place that the first or second child of an element there is in.
+std::uint16_t half_of(std::uint16_t place, int child) {
+  return place < kFirstDeepest ? std::uint16_t(2 * place + child) : place;
+}
+
 // Appends an element with its basis; E is left zero.
-void append(PatchTree& tree, std::span<const Vec2> outline, std::int32_t parent) {
+void append(PatchTree& tree, std::span<const Vec2> outline, std::int32_t parent,
+            std::uint16_t place) {
   Element x;
   const Moments m = moments(outline);
   x.area = m.area;
@@ -83,8 +89,9 @@ void append(PatchTree& tree, std::span<const Vec2> outline, std::int32_t parent)
   for (const Vec2& p : outline)
     x.radius = std::max(x.radius, std::hypot(p.x - m.centroid.x, p.y - m.centroid.y));
   x.parent = parent;
+  x.place = place;
   x.first_vertex = static_cast<std::uint32_t>(tree.vertices.size());
-  x.vertex_count = static_cast<std::uint32_t>(outline.size());
+  x.vertex_count = static_cast<std::uint16_t>(outline.size());
   tree.vertices.insert(tree.vertices.end(), outline.begin(), outline.end());
   Line line;
   x.crossing = std::sqrt(contact_line(tree, x, line));
@@ -117,7 +124,7 @@ PatchTree plant(const Model& model, const Scene& scene, PatchId patch, int order
   for (const Vec3& x : polygon) outline.push_back(tree.head.frame.to_plane(x));
   for (const Contact& c : model.contacts[patch.value])
     tree.contacts.push_back({tree.head.frame.to_plane(c.a), tree.head.frame.to_plane(c.b)});
-  append(tree, outline, -1);
+  append(tree, outline, -1, 1);
   tree.head.area = tree.elements[0].area;
   return tree;
 }
@@ -139,8 +146,7 @@ bool split_leaf(PatchTree& tree, std::int32_t i, double min_edge) {
   }
   if (std::max(parts[0].size(), parts[1].size()) > kMaxOutline) return false;
   const std::int32_t child = static_cast<std::int32_t>(tree.elements.size());
-  append(tree, parts[0], i);
-  append(tree, parts[1], i);
+  for (const int half : {0, 1}) append(tree, parts[half], i, half_of(element.place, half));
   tree.elements[i].child = child;
   hand_down(tree, i, child);
   hand_down(tree, i, child + 1);

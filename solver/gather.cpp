@@ -73,12 +73,15 @@ void gather_links(const Braid& braid, const Braid::Strand& strand, LastSender& s
 
 }  // namespace
 
-Sender::Sender(const PatchView& patch, const Spectrum& pending, double detail_share)
+Sender::Sender(const PatchView& patch, const Spectrum& pending, std::span<const Spectrum> by_place,
+               double detail_share)
     : elements_(patch.elements),
       e_(patch.e.data()),
+      pending_(by_place),
       k_(patch.k()),
       reflectance_(patch.head->reflectance),
-      constant_(patch.head->exitance + patch.head->reflectance * pending),
+      constant_(patch.head->exitance +
+                (by_place.empty() ? reflectance_ * pending : Spectrum{0})),
       detail_sent_(patch.head->escape == 0 ? luminance(patch.head->reflectance) : 0),
       detail_share_(detail_share) {}
 
@@ -94,14 +97,14 @@ std::array<Spectrum, kMaxCoefficients> Sender::radiosity(std::uint32_t element) 
     for (int i = 0; i < k_; ++i)
       b[i] = reflectance_ * Spectrum{e[3 * i], e[3 * i + 1], e[3 * i + 2]};
   }
-  b[0] += constant_;
+  b[0] += constant(element);
   return b;
 }
 
 Spectrum Sender::mean_radiosity(std::uint32_t element) const {
   if (elements_.empty()) return constant_;
   const double* e = e_ + std::size_t(element) * k_ * kChannels;
-  return reflectance_ * Spectrum{e[0], e[1], e[2]} + constant_;
+  return reflectance_ * Spectrum{e[0], e[1], e[2]} + constant(element);
 }
 
 double Sender::detail(std::uint32_t element) const {
@@ -112,11 +115,11 @@ Sender SourceLight::of(std::uint32_t p) const {
   if (p >= record_.size()) {
     const GroupView groups = record_.groups();
     const FaceGroup& g = groups.groups[p - record_.size()];
-    return Sender(g, pending_.empty() ? Spectrum{0} : pending_[groups.any_patch(g)]);
+    return Sender(g, pending_[groups.any_patch(g)]);
   }
   const double share = p < detail_share_.size() ? detail_share_[p] : 0;
-  if (!installed_.empty()) return Sender(installed_[p].view(), Spectrum{0}, share);
-  return Sender(record_.patch(p), pending_.empty() ? Spectrum{0} : pending_[p], share);
+  if (!installed_.empty()) return Sender(installed_[p].view(), Spectrum{0}, {}, share);
+  return Sender(record_.patch(p), pending_[p], pending_.by_place(p), share);
 }
 
 void gather(const Braid& braid, const Braid::Strand& strand, const SourceLight& source, int order,

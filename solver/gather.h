@@ -8,6 +8,7 @@
 
 #include "engine/cluster_record.h"
 #include "solver/link.h"
+#include "solver/placed_light.h"
 #include "solver/push_pull.h"
 
 namespace atrium {
@@ -24,7 +25,9 @@ struct RowMean {
 // refers to its record, or to the tree that stands for it.
 class Sender {
  public:
-  Sender(const PatchView& patch, const Spectrum& pending, double detail_share);
+  // pending: lx, all over the patch, or by_place where there are such.
+  Sender(const PatchView& patch, const Spectrum& pending, std::span<const Spectrum> by_place,
+         double detail_share);
   Sender(const FaceGroup& group, const Spectrum& pending);
 
   // B = M + ρE, lm/m², coefficient by coefficient; of a group its mean alone.
@@ -37,22 +40,30 @@ class Sender {
   double detail_share() const { return detail_share_; }
 
  private:
+  // lm/m², of B's mean: what is not ρE.
+  Spectrum constant(std::uint32_t element) const {
+    if (pending_.empty()) return constant_;
+    return constant_ +
+           reflectance_ * pending_[place_among(pending_.size(), elements_[element].place)];
+  }
+
   std::span<const Element> elements_;  // empty: a group
   const double* e_ = nullptr;
+  std::span<const Spectrum> pending_;  // by place; empty: part of constant_
   int k_ = 0;
   Spectrum reflectance_{0};
-  Spectrum constant_{0};  // lm/m², of B's mean: what is not ρE
+  Spectrum constant_{0};  // lm/m², all over the patch or group
   double detail_sent_ = 0, detail_share_ = 0;
 };
 
 // What a source cluster sends: of its record, or, where a cluster gathers from itself, of what its
-// patches hold by now. It refers to both.
+// patches hold by now. It refers to both, and to what is pending.
 class SourceLight {
  public:
-  // pending: lx, by the source's patches: added to their E as it is read. Empty: nothing is.
+  // pending: added to E as it is read.
   // detail_share: by the source's patches, see sent_detail. Empty: none.
   // installed: the source's patches, pending included, that are read in the place of the record's.
-  SourceLight(const ClusterView& record, std::span<const Spectrum> pending,
+  SourceLight(const ClusterView& record, const PlacedLight& pending,
               std::span<const double> detail_share = {}, std::span<const PatchTree> installed = {})
       : record_(record), pending_(pending), detail_share_(detail_share), installed_(installed) {}
 
@@ -62,7 +73,7 @@ class SourceLight {
 
  private:
   const ClusterView& record_;
-  std::span<const Spectrum> pending_;
+  const PlacedLight& pending_;
   std::span<const double> detail_share_;
   std::span<const PatchTree> installed_;
 };

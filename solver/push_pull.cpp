@@ -48,6 +48,21 @@ void two_scale(const PatchView& v, std::size_t ci, std::span<double> h) {
   });
 }
 
+// More than there is cannot be taken off: a mean below 0 becomes 0. What varies about it fades out
+// as far as it is below, and not at once: leaves that a sweep put a little below 0 and the next one a
+// little above turned their surroundings back and forth for ever.
+void keep_from_negative(std::span<double> g, int channel) {
+  double& mean = g[std::size_t(channel)];
+  if (!(mean < 0)) return;
+  double varies2 = 0;
+  for (std::size_t a = kGatherChannels; a < g.size(); a += kGatherChannels)
+    varies2 += squared(g[a + std::size_t(channel)]);
+  const double kept = varies2 > 0 ? std::max(0.0, 1 + mean / std::sqrt(varies2)) : 0;
+  for (std::size_t a = kGatherChannels; a < g.size(); a += kGatherChannels)
+    g[a + std::size_t(channel)] *= kept;
+  mean = 0;
+}
+
 void close_row(std::span<double> g, const Closing& closing) {
   if (closing.how == Closing::How::kOpen) return;
   if (too_much(closing)) {
@@ -63,10 +78,7 @@ void close_row(std::span<double> g, const Closing& closing) {
     for (int c = 0; c < kChannels; ++c) g[a + c] += missing * closing.mean_radiosity[c];
     g[a + kRowSum] += missing;
   }
-  // More than there is cannot be taken off.
-  for (int c = 0; c < kChannels; ++c)
-    if (g[c] < 0)
-      for (std::size_t a = 0; a < g.size(); a += kGatherChannels) g[a + c] = 0;
+  for (int c = 0; c < kChannels; ++c) keep_from_negative(g, c);
 }
 
 // e of a leaf, as gathered, becomes old + over (e - old), unless its mean would be negative.
@@ -98,6 +110,16 @@ void add_everywhere(PatchTree& tree, const Spectrum& e) {
     for (int c = 0; c < kChannels; ++c) tree.e[at + c] += e[c];
 }
 
+void add_placed(PatchTree& tree, const PlacedLight& light, std::size_t patch) {
+  const std::span<const Spectrum> by_place = light.by_place(patch);
+  if (by_place.empty()) return add_everywhere(tree, light[patch]);
+  const std::size_t stride = std::size_t(tree.view().k()) * kChannels;
+  for (std::size_t i = 0; i < tree.elements.size(); ++i) {
+    const Spectrum& e = by_place[place_among(by_place.size(), tree.elements[i].place)];
+    for (int c = 0; c < kChannels; ++c) tree.e[i * stride + std::size_t(c)] += e[c];
+  }
+}
+
 void hand_down(PatchTree& tree, std::int32_t parent, std::int32_t child) {
   const PatchView v = tree.view();
   const int k = v.k();
@@ -113,7 +135,8 @@ void hand_down(PatchTree& tree, std::int32_t parent, std::int32_t child) {
     }
 }
 
-PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing, double over) {
+PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing, double over,
+                       std::span<PlaceGain> gains) {
   const PatchView v = tree.view();
   const int k = v.k();
   const std::size_t stride = std::size_t(k) * kGatherChannels;
@@ -177,8 +200,11 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
     const Spectrum gathered{e[0], e[1], e[2]};
     go_beyond(std::span(e, std::size_t(k) * kChannels), old, over);
     const Spectrum mean{e[0], e[1], e[2]};
-    sums.beyond += x.area * (mean - gathered);
-    sums.gained += x.area * (mean - Spectrum{old[0], old[1], old[2]});
+    const PlaceGain gain{x.area, x.area * (mean - Spectrum{old[0], old[1], old[2]}),
+                         x.area * (mean - gathered)};
+    sums.beyond += gain.beyond;
+    sums.gained += gain.gained;
+    if (!gains.empty()) gains[place_among(gains.size(), x.place)].add(gain);
     sums.flux_in += x.area * luminance(mean);
     sums.area += x.area;
     sums.absorbed += x.area * (Spectrum{1} - rho) * mean;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/cluster_record.h"
+#include "solver/placed_light.h"
 
 namespace atrium {
 
@@ -59,14 +60,29 @@ struct PushPullSums {
   void add(const PushPullSums& s);
 };
 
+// What a gather made of a place of a patch, as far as it is of leaves that are no larger.
+struct PlaceGain {
+  double area = 0;     // m²
+  Spectrum gained{0};  // lm, ∫ ΔE dA
+  Spectrum beyond{0};  // lm, of it, what was taken beyond the gather
+  void add(const PlaceGain& g) {
+    area += g.area;
+    gained += g.gained;
+    beyond += g.beyond;
+  }
+};
+
 // Replaces the tree's E by what was gathered; `slots` is consumed. over: so many times
 // what the gather changes is taken, successive over-relaxation where above 1 [Young 1954], except
-// on leaves that would turn negative. change and change2 are the gather's own.
+// on leaves that would turn negative. change and change2 are the gather's own. gains: of the patch's
+// first places, added to; empty: nobody asks.
 PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing,
-                       double over = 1);
+                       double over = 1, std::span<PlaceGain> gains = {});
 
 // Adds the same E, lx, to all elements.
 void add_everywhere(PatchTree& tree, const Spectrum& e);
+// To all elements of a patch of a cluster what such light is there.
+void add_placed(PatchTree& tree, const PlacedLight& light, std::size_t patch);
 
 // Sets a child's E to its parent's polynomial, expressed in the child's basis.
 void hand_down(PatchTree& tree, std::int32_t parent, std::int32_t child);

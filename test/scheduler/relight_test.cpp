@@ -17,6 +17,12 @@ constexpr Spectrum kNone{0};
 
 std::size_t stride(const PatchTree& tree) { return std::size_t(tree.view().k()) * kChannels; }
 
+PlacedLight everywhere(const Spectrum& light) {
+  PlacedLight placed;
+  placed.add_patch(light);
+  return placed;
+}
+
 // A unit square of eight leaves, its E on them at random, about 10, and their means above.
 PatchTree lit_square(std::mt19937& dice) {
   Patches patches;
@@ -25,7 +31,7 @@ PatchTree lit_square(std::mt19937& dice) {
   std::uniform_real_distribution<double> number(-1, 1);
   for (std::size_t n = 0; n < tree.e.size(); ++n)
     tree.e[n] = number(dice) + (n % stride(tree) < kChannels ? 10 : 0);
-  relight(tree, kNone, {});
+  relight(tree, everywhere(kNone), 0, {});
   return tree;
 }
 
@@ -44,12 +50,37 @@ TEST(Relight, WhatComesToAllOfAPatchIsAddedToEveryMeanAndToNothingElse) {
   PatchTree tree = lit_square(dice);
   const std::vector<double> before = tree.e;
   const Spectrum more{1, -2, 3};
-  const PushPullSums sums = relight(tree, more, {});
+  const PushPullSums sums = relight(tree, everywhere(more), 0, {});
   for (std::size_t n = 0; n < before.size(); ++n) {
     const std::size_t of = n % stride(tree);
     EXPECT_NEAR(tree.e[n], before[n] + (of < kChannels ? more[int(of)] : 0), 20 * kRounding);
   }
   EXPECT_EQ(sums.gained, kNone);
+}
+
+// Of four places, the light of which is given for them, their means above them: eight leaves have
+// their place's, two to a place, and so have those between. The root has the mean of all, 2.5.
+TEST(Relight, WhatComesToPlacesOfAPatchIsAddedWhereTheyAre) {
+  std::mt19937 dice(5);
+  PatchTree tree = lit_square(dice);
+  const std::vector<double> before = tree.e;
+  PlacedLight more;
+  const std::vector<Spectrum> by_place{kNone,       Spectrum{2.5}, Spectrum{1.5}, Spectrum{3.5},
+                                       Spectrum{1}, Spectrum{2},   Spectrum{3},   Spectrum{4}};
+  more.add_patch(by_place[1], by_place);
+  std::vector<PlaceGain> gains(by_place.size());
+  relight(tree, more, 0, {}, gains);
+  for (std::size_t i = 0; i < tree.elements.size(); ++i) {
+    std::size_t q = i;  // of a tree that was grown breadth first
+    while (q > 6) q = std::size_t(tree.elements[q].parent);
+    EXPECT_EQ(place_among(8, tree.elements[i].place), q + 1);
+    EXPECT_NEAR(tree.e[i * stride(tree)], before[i * stride(tree)] + by_place[q + 1].x,
+                20 * kRounding);
+  }
+  for (std::size_t q = 0; q < gains.size(); ++q) {
+    EXPECT_NEAR(gains[q].area, q < 4 ? 0 : 0.25, kRounding);
+    EXPECT_EQ(gains[q].gained, kNone);
+  }
 }
 
 // The patch is 1 m², so what it gains is the mean of the mends' first coefficients by area, and so
@@ -60,7 +91,7 @@ TEST(Relight, MendsAreAddedLeafByLeafAndAreWhatIsGained) {
   const std::vector<double> before = tree.e;
   const std::vector<Spectrum> mends = random_mends(tree, dice);
   const Spectrum more{0.5};
-  const PushPullSums sums = relight(tree, more, mends);
+  const PushPullSums sums = relight(tree, everywhere(more), 0, mends);
   Spectrum gained{0};
   std::size_t at = 0;
   const int k = tree.view().k();
@@ -90,7 +121,7 @@ TEST(Relight, LightDoesNotBecomeNegative) {
   while (!tree.elements[leaf].leaf()) ++leaf;
   std::vector<Spectrum> mends(random_mends(tree, dice).size(), kNone);
   mends[0] = {-100, 0, 0};
-  relight(tree, kNone, mends);
+  relight(tree, everywhere(kNone), 0, mends);
   for (std::size_t n = leaf * stride(tree); n < (leaf + 1) * stride(tree); ++n)
     EXPECT_EQ(tree.e[n], n % kChannels == 0 ? 0 : before[n]);
 }
@@ -115,7 +146,8 @@ TEST(Relight, InertPatchesTakeNoPart) {
   {
     auto edit = (*store)->edit(id);
     ASSERT_TRUE(edit.ok());
-    const std::vector<Spectrum> more{{1, 0, 0}, {5, 5, 5}, {2, 0, 0}};
+    PlacedLight more;
+    for (const double red : {1, 5, 2}) more.add_patch({red, 0, 0});
     const Relit relit = relight(ClusterView::parse(edit->bytes()).value(), *edit, more, mends);
     EXPECT_EQ(relit.elements, 3 * trees[0].elements.size());
     EXPECT_EQ(relit.gains[0].gained, kNone);

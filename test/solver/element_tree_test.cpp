@@ -89,6 +89,18 @@ TEST(SplitLeaf, ChildrenStandBehindTheirParentInPairs) {
   }
 }
 
+// A tree grown breadth first has its places' order, as far as places are numbered; below, elements
+// have the place that holds them.
+TEST(SplitLeaf, PlacesAreNumberedAsInAHeap) {
+  PatchTree tree = tree_of({{0, 0}, {3, 0}, {0, 2}});
+  grow(tree, 511);
+  for (std::size_t i = 0; i < tree.elements.size(); ++i) {
+    std::size_t place = i + 1;
+    while (place >= 2 * kFirstDeepest) place /= 2;
+    EXPECT_EQ(tree.elements[i].place, place);
+  }
+}
+
 // Any line through the centroid of a convex figure leaves at least 4/9 on either side. [Winternitz]
 TEST(SplitLeaf, CentroidCutsKeepFourNinths) {
   for (const Shape& shape : shapes()) {

@@ -137,6 +137,25 @@ TEST_F(Gather, AShareOfTheDetailLeftOutIsBroughtAlong) {
   }
 }
 
+// Light that is pending of the second patch's halves, 1 and 2 lx, and 1.5 of all of it: it is
+// reflected like E.
+TEST_F(Gather, WhatIsPendingOfAPlaceIsReadWithItsElements) {
+  LinkSet set;
+  set.thin = {{{2, 1, 0}, 0.25f}, {{2, 1, 1}, 0.125f}, {{2, 1, 2}, 0.5f}};
+  const Braid braid = plait(ClusterId(7u), std::span(&set, 1));
+  PlacedLight pending;
+  pending.add_patch(Spectrum{100});
+  const std::vector<Spectrum> by_place{Spectrum{0}, Spectrum{1.5}, Spectrum{1}, Spectrum{2}};
+  pending.add_patch(by_place[1], by_place);
+  gather(braid, braid.strands[0], {record_->view(), pending}, kOrder, receiver_.elements, kNoCap,
+         slots_, mean_, nullptr);
+  for (int c = 0; c < kChannels; ++c) {
+    const double b = .25 * radiosity(0, 0, c) + .125 * radiosity(1, 0, c) + .5 * radiosity(2, 0, c);
+    const double more = .25 * 1.5 + .125 * 1 + .5 * 2;
+    EXPECT_NEAR(slot(2, 0, c), b + trees_[1].head.reflectance[c] * more, 1e-12);
+  }
+}
+
 // Strands of a braid are the sets of its receiver's patches, those without links left out.
 TEST_F(Gather, PlaitedSetsAreTheStrands) {
   LinkSet none, thin, both;

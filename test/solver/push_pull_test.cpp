@@ -278,6 +278,25 @@ TEST(PushPull, WhatIsTakenBeyondTheGatherIsNoPartOfItsChange) {
   EXPECT_DOUBLE_EQ(dark.beyond[0], 0);
 }
 
+// From dark, quarters that gather 1 to 4 times over: each place has gained its own, and none above
+// or below.
+TEST(PushPull, GainsAreToldByThePlacesAskedFor) {
+  PatchTree tree = tree_of(shapes()[3], 1);  // unit square
+  grow(tree, 31);
+  GatherSlots slots;
+  slots.reset(tree.elements.size(), 1);
+  for (std::size_t quarter = 3; quarter < 7; ++quarter)
+    slots.g[quarter * kGatherChannels] = double(quarter - 2);
+  std::vector<PlaceGain> gains(8);
+  const PushPullSums s = push_pull(tree, slots, {}, 1.5, gains);
+  for (std::size_t q = 0; q < 8; ++q) {
+    EXPECT_NEAR(gains[q].area, q < 4 ? 0 : .25, 1e-14);
+    EXPECT_NEAR(gains[q].gained.x, q < 4 ? 0 : 1.5 * .25 * double(q - 3), 1e-14);
+    EXPECT_NEAR(gains[q].beyond.x, q < 4 ? 0 : .5 * .25 * double(q - 3), 1e-14);
+  }
+  EXPECT_NEAR(s.gained.x, 1.5 * .25 * (1 + 2 + 3 + 4), 1e-14);
+}
+
 // E of a patch of one constant element that has gathered g, row sum last.
 std::vector<double> closed(std::vector<double> g, const Closing& closing) {
   PatchTree tree = tree_of(shapes()[3], 1);
@@ -321,6 +340,25 @@ TEST(Closing, TakesOffNoMoreThanThereIs) {
   EXPECT_EQ(closed({10, 20, 30, 1.25},
                    {.how = Closing::How::kEachLeaf, .mean_radiosity = Spectrum{100, 40, 40}}),
             (std::vector<double>{0, 10, 20}));
+}
+
+// A mean that comes out below 0 is 0, and what varies about it, 5 here, falls to nothing as that
+// goes down to -5: no step, across which sweeps would go back and forth.
+TEST(Closing, WhatVariesFadesOutAsItsMeanIsTakenOff) {
+  for (const double below : {1e-9, 1.0, 4.0, 5.0, 20.0}) {
+    PatchTree tree = tree_of(shapes()[3], 2);
+    GatherSlots slots;
+    slots.reset(1, tree.view().k());
+    slots.g[kRowSum] = 1.5;  // half of 100 is taken off
+    slots.g[0] = 50 - below;
+    slots.g[kGatherChannels] = 3;
+    slots.g[2 * kGatherChannels] = 4;
+    push_pull(tree, slots, {.how = Closing::How::kEachLeaf, .mean_radiosity = Spectrum{100}});
+    const double kept = std::max(0.0, 1 - below / 5);
+    EXPECT_EQ(tree.e[0], 0);
+    EXPECT_NEAR(tree.e[kChannels], 3 * kept, 1e-12);
+    EXPECT_NEAR(tree.e[2 * kChannels], 4 * kept, 1e-12);
+  }
 }
 
 // What a patch as a whole misses is spread over all of it.
