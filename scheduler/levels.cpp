@@ -141,7 +141,7 @@ Next after_estimate(Cursor& cursor, const SolveOptions& options, const ErrorEsti
   const double asked = options.error, found = estimate.error;
   const bool last = at_last_level(cursor), finest = last && cursor.threshold <= 1;
   const bool few = links < kFewLinks;
-  if ((last ? found : estimate.high) <= asked && cursor.level >= kFirstTaken)
+  if ((last ? found : kBeyondDoubt * estimate.high) <= asked && cursor.level >= kFirstTaken)
     return take(cursor, options);
   const bool will_do = found <= kMendedByPass * asked && (finest || !few);
   const bool no_finer = finest && cursor.tightened == kMostTightened;

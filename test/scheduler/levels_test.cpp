@@ -248,12 +248,22 @@ TEST_F(Levels, AnAnswerThatIsTakenSettlesFirst) {
   EXPECT_EQ(static_cast<Stop>(cursor_.done), Stop::kConverged);
 }
 
+// What few elements hide an estimate may miss: only the last level is taken at its word.
+TEST_F(Levels, ACoarseAnswerIsTakenWhereItIsBeyondDoubt) {
+  be_at(1);
+  EXPECT_TRUE(estimate(kBelow * options_.error).level_begins);
+  be_at(1);
+  EXPECT_FALSE(estimate(kBelow / kBeyondDoubt * options_.error).level_begins);
+  be_at(kLast);
+  EXPECT_FALSE(estimate(kBelow * options_.error).level_begins);
+}
+
 // Settled, its estimate is above what was asked after all: the next level starts as any other, and
 // is to settle as little.
 TEST_F(Levels, AnAnswerThatSettlesToAWorseOneIsNotTaken) {
   be_at(1);
   cursor_.rest = kAbove * kTakenRest;
-  ASSERT_FALSE(estimate(kBelow * options_.error).level_begins);
+  ASSERT_FALSE(estimate(kBelow / kBeyondDoubt * options_.error).level_begins);
   ASSERT_TRUE(estimate(1.5 * options_.error).level_begins);
   EXPECT_EQ(cursor_.level, 2u);
   sweep(kBelow * kFineRestOfError * options_.error);
