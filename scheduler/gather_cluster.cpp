@@ -124,27 +124,30 @@ std::vector<std::uint32_t> receiving_roots(const Receiver& receiver) {
 // S as installed into the working set.
 struct Source {
   ClusterId id;
-  ClusterPin pin;  // its record is used in place, or
-  std::vector<std::byte> copy;  // where others are installed beside it; R's own is held already
+  ClusterPin pin;               // its record is used in place, or
+  std::vector<std::byte> copy;  // from a small arena, with others; R's own is held already
   ClusterView view;
   PlacedLight pending;
 };
 
 // Records of sources that are installed together, bytes: enough for all threads to have work. Which
-// they are does not depend on the arena, and no more than one is pinned.
+// they are does not depend on the arena.
 constexpr std::size_t kMostInstalled = std::size_t{2} << 20;
+// More than one is pinned where the arena holds so many times as much: R may grow beside them.
+constexpr std::size_t kRoomy = 16;
 
-// 3(a), (b) Read S and install it: one in place where links are kept, copies of a few where they
-// are to be made.
+// 3(a), (b) Read S and install it: one where links are kept, a few where they are to be made.
 Result<std::vector<Source>> read_sources(const GatherTask& task, ClusterStore& store,
                                          const ClusterView& before,
                                          std::span<const ClusterId> sources) {
   std::vector<Source> installed;
   std::size_t bytes = 0;
   bool alone = task.linking == Linking::kUseKept;
+  const RecordId own = record_id(RecordKind::kCluster, task.receiver.value);
+  const bool roomy = store.arena_bytes() / kRoomy >= kMostInstalled + store.size(own);
   for (const ClusterId s : sources) {
     const RecordId id = record_id(RecordKind::kCluster, s.value);
-    if (s != task.receiver) bytes += store.size(id);
+    if (s != task.receiver && !alone) bytes += store.size(id);
     alone |= bytes > kMostInstalled;
     if (alone && !installed.empty()) break;
     Source& source = installed.emplace_back(s, ClusterPin{}, std::vector<std::byte>{}, before,
@@ -153,12 +156,13 @@ Result<std::vector<Source>> read_sources(const GatherTask& task, ClusterStore& s
       Result<ClusterPin> read = store.read(id);
       if (!read.ok()) return read.status();
       source.pin = std::move(read).value();
-      if (!alone) {
-        source.copy.assign(source.pin.bytes().begin(), source.pin.bytes().end());
+      std::span<const std::byte> record = source.pin.bytes();
+      if (!alone && !roomy) {
+        source.copy.assign(record.begin(), record.end());
+        record = source.copy;
         source.pin = {};
       }
-      const Result<ClusterView> view =
-          ClusterView::parse(alone ? source.pin.bytes() : std::span<const std::byte>(source.copy));
+      const Result<ClusterView> view = ClusterView::parse(record);
       if (!view.ok()) return view.status();
       source.view = *view;
     }
