@@ -1,6 +1,6 @@
-// Arena: the fixed memory that records live in. Its addresses are taken when it is made, its pages as
-// records first come to lie in them, and none is given back while it lives: a small scene takes of a
-// large arena what it needs.
+// Arena: the fixed memory that records live in. Its addresses are taken when it is made, its pages
+// as records first come to lie in them, and none is given back while it lives: a small scene takes
+// of a large arena what it needs.
 //
 // Invariants:
 //  1. Never grows: an allocation that finds no hole fails.

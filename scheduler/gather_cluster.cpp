@@ -222,9 +222,10 @@ std::vector<Braid> make_braids(const GatherTask& task, const Surroundings& aroun
     stays[r].resize(installed.size());
     if (roots[r] >= patches) return;
     branches[r] = cut_branches(receiver.trees[roots[r]]);
+    Refiner refiner(task.refine, around);
     for (std::size_t i = 0; i < before.size(); ++i)
       if (const Braid::Strand* s = before[i].strand_of(roots[r]))
-        stays[r][i] = Refiner(task.refine, around).take_over(before[i], *s, from[i], sets[i][roots[r]]);
+        stays[r][i] = refiner.take_over(before[i], *s, from[i], sets[i][roots[r]]);
   });
 
   std::vector<LinkingTask> tasks = share_out(branches);
@@ -265,6 +266,7 @@ std::vector<Braid> make_braids(const GatherTask& task, const Surroundings& aroun
 
 void gather_strand(const GatherTask& task, const SourceLight& source, const Braid& braid,
                    const Braid::Strand& s, Receiver& receiver) {
+  if (s.links + s.thin + s.doubts == 0) return;  // verdicts alone
   gather(braid, s, source, receiver.trees[0].order, receiver.elements_of(s.patch), task.lamp_cap,
          receiver.slots[s.patch], receiver.means[s.patch],
          receiver.details.empty() ? nullptr : &receiver.details[s.patch]);
@@ -454,12 +456,12 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
         read_sources(task, store, *before, sources.subspan(first));
     if (!installed.ok()) return installed.status();
     if (task.linking != Linking::kUseKept)
-      std::ranges::move(
-          make_braids(task, around, *installed,
-                      before_finer.empty() ? before_finer
-                                           : before_finer.subspan(first, installed->size()),
-                      receiver),
-          kept->begin() + first);
+      std::ranges::move(make_braids(task, around, *installed,
+                                    before_finer.empty()
+                                        ? before_finer
+                                        : before_finer.subspan(first, installed->size()),
+                                    receiver),
+                        kept->begin() + first);
     std::uint64_t source_elements = 0;
     for (std::size_t i = 0; i < installed->size(); ++i) {
       const Source& source = (*installed)[i];

@@ -1,10 +1,10 @@
 // KeptLinks: the braids of a level of the iteration, by receiver, made in its first sweep and used
-// in all others; those of the level before until their receiver's new ones take their place, for what
-// a finer level would make the same it takes from them. As many as fit the budget stay in memory; the others are streamed from the page
-// store whenever their receiver comes round. None is made again before the next level: that would
-// cost a hundred times what reading it does, and what is made later, of other light, is not the
-// same. The paper discards links and makes them again [THFH94
-// §5.1 3(f)]: memory was 256 MB, and a disk is now faster than refining is.
+// in all others; those of the level before until their receiver's new ones take their place, for
+// what a finer level would make the same it takes from them. As many as fit the budget stay in
+// memory; the others are streamed from the page store whenever their receiver comes round. None is
+// made again before the next level: that would cost a hundred times what reading it does, and what
+// is made later, of other light, is not the same. The paper discards links and makes them again
+// [THFH94 §5.1 3(f)]: memory was 256 MB, and a disk is now faster than refining is.
 //
 // Invariants:
 //  1. What comes back is what was kept, bit for bit, wherever it was: the budget changes no result.

@@ -71,7 +71,9 @@ Next make_finer(Cursor& cursor, double finer) {
   if (!at_last_level(cursor))
     return begin_level(cursor,
                        std::max(1.0, finer * kLevels[cursor.level] / kLevels[cursor.level + 1]));
-  if (cursor.threshold > 1) return begin_level(cursor, std::max(1 / cursor.threshold, finer));
+  // What is left to the last level's own threshold is gone first, unless that is hardly a step.
+  const double left = 1 / cursor.threshold;
+  if (left <= kLoosest) return begin_level(cursor, std::max(left, finer));
   if (cursor.tightened == kMostTightened) return end_for_good(cursor, Stop::kTooCoarse);
   ++cursor.tightened;
   return begin_level(cursor, finer);

@@ -32,9 +32,9 @@ inline constexpr std::array<double, 3> kLevels{16, 4, 1};
 // The first level alone knows brightness too little for its estimate to be the last word: its rows
 // may be so far off that they had to be scaled.
 inline constexpr std::uint32_t kFirstTaken = 1;
-// A coarse level's answer is taken where the estimate's upper end, so many times, is below the error
-// asked: few elements hide errors in few places, which its points miss (rooms of ρ = .9: 1.4 [1.2, 1.5]
-// where 2.9% is true).
+// A coarse level's answer is taken where so many times the estimate's upper end is below the error
+// asked: few elements hide errors in few places, which its points miss (rooms of ρ = .9: 1.4
+// [1.2, 1.5] where 2.9% is true).
 inline constexpr double kBeyondDoubt = 1.4;
 // A level ends when the light still to come is below this share of all: coarse ones, and for the
 // last relative to the error asked for.

@@ -162,8 +162,8 @@ Status Scheduler::begin_run() {
   return checkpoint();
 }
 
-// A level's links are made receiver by receiver in its first sweep: of those that it has not come to
-// they are the last level's.
+// A level's links are made receiver by receiver in its first sweep: of those that it has not come
+// to they are the last level's.
 void Scheduler::take_up_links() {
   links_ = std::make_unique<KeptLinks>(directory_.store(), order_.size());
   if (cursor_.sweep > 0) return;

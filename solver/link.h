@@ -35,9 +35,9 @@ struct Doubt {
   float weight = 0;                // m², Σ variance of the form factor × area of the receiver
 };
 
-// A pair of patches that was linked as a whole, or not at all, and what may be wrong of that, weighed
-// as errors of links are (refine.h): as long as it is below the threshold, a finer level would decide
-// the same, and the pair keeps what it has.
+// A pair of patches that was linked as a whole, or not at all, and what may be wrong of that,
+// weighed as errors of links are (refine.h): as long as it is below the threshold, a finer level
+// would decide the same, and the pair keeps what it has.
 struct Verdict {
   std::uint32_t source_patch = 0;  // local to the source cluster
   float of_light = 0;              // error per lm/m² of the source's radiosity

@@ -49,8 +49,8 @@ void two_scale(const PatchView& v, std::size_t ci, std::span<double> h) {
 }
 
 // More than there is cannot be taken off: a mean below 0 becomes 0. What varies about it fades out
-// as far as it is below, and not at once: leaves that a sweep put a little below 0 and the next one a
-// little above turned their surroundings back and forth for ever.
+// as far as it is below, and not at once: leaves that a sweep put a little below 0 and the next one
+// a little above turned their surroundings back and forth for ever.
 void keep_from_negative(std::span<double> g, int channel) {
   double& mean = g[std::size_t(channel)];
   if (!(mean < 0)) return;

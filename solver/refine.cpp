@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/check.h"
 #include "engine/squared.h"
 #include "solver/element_tree.h"
 #include "solver/outline.h"
@@ -273,9 +274,12 @@ void Refiner::link(Branch& receiver, const SourceRoots& source, LinkSet& out,
 std::vector<bool> Refiner::take_over(const Braid& before, const Braid::Strand& strand,
                                      const SourceRoots& source, LinkSet& out) {
   std::vector<bool> stays(source.patches.size() + source.groups.groups.size(), false);
+  const std::span verdicts = before.verdicts;
   auto at = source.alone.begin();
-  for (const Verdict& v : std::span(before.verdicts).subspan(strand.first_verdict, strand.verdicts)) {
-    while (at->patch != v.source_patch) ++at;  // both ascend, and none is lost from level to level
+  for (const Verdict& v : verdicts.subspan(strand.first_verdict, strand.verdicts)) {
+    at = std::find_if(at, source.alone.end(),  // both ascend, and no patch joins or leaves a group
+                      [&](const SourceRoots::Alone& a) { return a.patch == v.source_patch; });
+    ATRIUM_CHECK(at != source.alone.end());
     const auto& [radiosity, detail] = at->sends;
     const double error =
         std::max<double>(v.at_least, v.of_light * (radiosity + detail) + v.of_detail * detail);

@@ -133,8 +133,8 @@ void Refiner::descend_group(const Target& target, const Source& source) {
   const Outlook r = target.group ? outlook_of(*target.group) : outlook_of(*target.site);
   const Outlook s = source.group ? outlook_of(*source.group) : outlook_of(*source.site);
   const double factor = form_factor_bound(r, s);
-  const double bound =
-      factor * std::max(source.sends.radiosity + source.sends.detail, kDarkest * settings_.mean_irradiance);
+  const double bound = factor * std::max(source.sends.radiosity + source.sends.detail,
+                                         kDarkest * settings_.mean_irradiance);
   const double most = bound * weight(target, 0);
   if (!(most >= kNegligible * settings_.threshold)) return;
   if (most < kThin * settings_.threshold) return thin_group_link(target, source);

@@ -258,6 +258,22 @@ TEST_F(Levels, ACoarseAnswerIsTakenWhereItIsBeyondDoubt) {
   EXPECT_FALSE(estimate(kBelow * options_.error).level_begins);
 }
 
+// Links a twelfth finer would cost a level and change next to nothing.
+TEST_F(Levels, WhatIsLeftToTheLastThresholdIsGoneUnlessItIsHardlyAStep) {
+  be_at(kLast);
+  cursor_.threshold = 4;
+  cursor_.mended = 1;
+  ASSERT_TRUE(estimate(100 * options_.error).level_begins);
+  EXPECT_DOUBLE_EQ(cursor_.threshold, 1);
+  EXPECT_EQ(cursor_.tightened, 0u);
+  be_at(kLast);
+  cursor_.threshold = 12.0 / 11;
+  cursor_.mended = 1;
+  ASSERT_TRUE(estimate(100 * options_.error).level_begins);
+  EXPECT_DOUBLE_EQ(cursor_.threshold, kTightest * 12 / 11);
+  EXPECT_EQ(cursor_.tightened, 1u);
+}
+
 // Settled, its estimate is above what was asked after all: the next level starts as any other, and
 // is to settle as little.
 TEST_F(Levels, AnAnswerThatSettlesToAWorseOneIsNotTaken) {
