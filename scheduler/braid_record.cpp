@@ -9,15 +9,15 @@ namespace atrium {
 namespace {
 
 struct Head {
-  std::uint32_t source = 0, strands = 0, links = 0, couplings = 0, thin = 0, doubts = 0, verdicts = 0;
+  std::uint32_t source = 0, strands = 0, links = 0, couplings = 0;
+  std::uint32_t thin = 0, doubts = 0, verdicts = 0;
 };
 
 bool get_braid(RecordIn& in, const Head& head, Braid& b) {
   b.source = ClusterId(head.source);
   return in.get(b.strands, head.strands) && in.get(b.links, head.links) &&
          in.get(b.couplings, head.couplings) && in.get(b.thin, head.thin) &&
-         in.get(b.doubts, head.doubts) &&
-         in.get(b.verdicts, head.verdicts);
+         in.get(b.doubts, head.doubts) && in.get(b.verdicts, head.verdicts);
 }
 
 }  // namespace

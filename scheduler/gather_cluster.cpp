@@ -438,12 +438,12 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     if (!braids.ok()) return braids.status();
     kept = *braids;
   }
-  std::span<const Braid> before_finer;  // of the level before, with the same sources
+  std::span<const Braid> last_level;  // of the level before, with the same sources
   if (task.linking == Linking::kMakeAndKeep) {
     const Result<std::span<const Braid>> past = task.links->past(task.receiver);
     if (!past.ok()) return past.status();
-    before_finer = *past;
-    ATRIUM_CHECK(before_finer.empty() || before_finer.size() == sources.size());
+    last_level = *past;
+    ATRIUM_CHECK(last_level.empty() || last_level.size() == sources.size());
   }
   std::optional<CoarseRows> rows;
   if (task.linking != Linking::kUseKept)
@@ -455,12 +455,11 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
     const Result<std::vector<Source>> installed =
         read_sources(task, store, *before, sources.subspan(first));
     if (!installed.ok()) return installed.status();
+    const auto part_of = [&](std::span<const Braid> of_all) {
+      return of_all.empty() ? of_all : of_all.subspan(first, installed->size());
+    };
     if (task.linking != Linking::kUseKept)
-      std::ranges::move(make_braids(task, around, *installed,
-                                    before_finer.empty()
-                                        ? before_finer
-                                        : before_finer.subspan(first, installed->size()),
-                                    receiver),
+      std::ranges::move(make_braids(task, around, *installed, part_of(last_level), receiver),
                         kept->begin() + first);
     std::uint64_t source_elements = 0;
     for (std::size_t i = 0; i < installed->size(); ++i) {

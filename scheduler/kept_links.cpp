@@ -62,11 +62,11 @@ Status KeptLinks::keep(ClusterId receiver, std::vector<Braid> braids) {
   if (bytes_ - replaced + bytes > budget_) {
     ATRIUM_RETURN_IF_ERROR(write(receiver, braids));
     bytes_ -= replaced;
-    kept = Kept{{}, bytes, true, false};
+    kept = {.bytes = bytes, .on_disk = true};
     return {};
   }
   forget(receiver);
-  kept = Kept{std::move(braids), bytes, false, false};
+  kept = {.braids = std::move(braids), .bytes = bytes};
   bytes_ += bytes;
   return {};
 }

@@ -57,8 +57,8 @@ class KeptLinks {
 
  private:
   struct Kept {
-    std::optional<std::vector<Braid>> braids;  // in memory
-    std::uint64_t bytes = 0;                   // of memory, wherever they are
+    std::optional<std::vector<Braid>> braids{};  // in memory
+    std::uint64_t bytes = 0;                     // of memory, wherever they are
     bool on_disk = false;
     bool past = false;  // of the level before
   };

@@ -45,7 +45,7 @@ inline constexpr double kUnsureShape = 0.01;
 // Has either of two elements' sites anything in front of the other?
 bool facing(const Site& a, const Site& b, double tolerance);
 
-// An upper bound, nearly, of the form factor receiver → source.
+// An upper bound, nearly, of the form factor receiver → source, root mean square over the receiver.
 double form_factor_bound(const Site& r, const Site& s);
 
 // Mean square over the source of the receiver's sensitivity to it, as its nodes tell.

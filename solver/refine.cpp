@@ -239,8 +239,9 @@ void Refiner::cut_at_contacts(PatchTree& receiver) {
 
 void Refiner::link(PatchTree& receiver, const SourceRoots& source, LinkSet& out,
                    const std::vector<bool>& stays) {
-  if (tree_ != &receiver) root_ = make_site(receiver.view(), 0);
+  if (rooted_ != &receiver) root_ = make_site(receiver.view(), 0);
   tree_ = &receiver;
+  rooted_ = &receiver;
   out_ = &out;
   pending_ = source.pending;
   source_ = &source;

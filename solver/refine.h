@@ -194,7 +194,8 @@ class Refiner {
   LinkSet* out_ = nullptr;
   std::vector<Waiting> waiting_;
   const SourceRoots* source_ = nullptr;
-  Site root_;  // of tree_
+  const PatchTree* rooted_ = nullptr;  // the tree that root_ is of
+  Site root_;
   const GroupReceiver* receiver_ = nullptr;  // null where a patch alone receives
 };
 
