@@ -37,7 +37,7 @@ constexpr double kClear = 0.5;
 // No single point counts for more than this share of the squares: a bright spot where shadow
 // should be, met by chance, would decide the estimate alone. The interval's upper end counts it in
 // full.
-constexpr double kMostOfSquare = 0.1;
+constexpr double kMostOfSquare = 0.3;
 
 // Of what a bright group sends, no more than this comes back to it: from a ceiling to the lamp's back
 // below and up again. Few points say more by chance, or so much that it would never die out.
@@ -244,12 +244,19 @@ void compare(const FreshIrradiance& fresh, Sample& s) {
   s.open = s.fresh > 0 || fresh.escaped + fresh.black < kCovered;
 }
 
+// What a point's square may count for at the most, and the points' weight, which it is relative to.
+struct Caps {
+  double all = 0, local = 0;
+  double weight = 0;  // m², up to one factor for all
+};
+
 // What the points, those of one block left out, say.
 struct Answer {
   double square = 0;  // of the error
   double full = 0;    // the same with its worst points in full
   double local = 0;   // as the first, without the smooth part
   double closure = 1;
+  Caps caps;
 };
 
 // The numbers of one group, means by weight.
@@ -263,20 +270,22 @@ struct Group {
   double unit = 0;              // of its unknown: bright groups' errors go with their brightness
 };
 
-// The sum of squares of which none has more than its share of those that are above their noise:
-// what noise takes off the others may be as much as they are.
-double tempered_sum(std::span<const double> squares) {
+// The most that a square may count for: its share of those that are above their noise, for what
+// noise takes off the others may be as much as they are.
+double most_of(std::span<const double> squares) {
   constexpr int kRounds = 8;  // each takes off what the last found too much
-  double most = std::numeric_limits<double>::infinity(), sum = 0;
+  double most = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kRounds; ++i) {
     double above = 0;
-    sum = 0;
-    for (const double x : squares) {
-      sum += std::min(x, most);
-      above += std::clamp(x, 0.0, most);
-    }
+    for (const double x : squares) above += std::clamp(x, 0.0, most);
     most = kMostOfSquare * above;
   }
+  return most;
+}
+
+double tempered_sum(std::span<const double> squares, double most) {
+  double sum = 0;
+  for (const double x : squares) sum += std::min(x, most);
   return sum;
 }
 
@@ -287,10 +296,12 @@ class Analysis {
       : flux_(flux), groups_(groups), samples_(samples), shares_(shares) {}
 
   // block: left out; kBlocks: none.
-  Answer without(std::size_t block) const {
+  // caps: those that all points together have; none: they are found.
+  Answer without(std::size_t block, const Caps* caps = nullptr) const {
     const std::vector<Group> groups = summarise(block);
     const std::vector<Spectrum> spread_out = spread(groups, block);
     Answer answer;
+    if (caps) answer.caps = *caps;
     add_squares(spread_out, block, answer);
     Spectrum missing{0};
     for (std::size_t g = 0; g < groups.size(); ++g)
@@ -419,9 +430,11 @@ class Analysis {
       all.push_back(share * (whole * whole - s.noise * s.noise));
       near.push_back(share * (off * off - s.noise * s.noise));
     });
-    answer.square = tempered_sum(all);
+    if (block == kBlocks) answer.caps = {most_of(all), most_of(near), weight};
+    const double fewer = answer.caps.weight / weight;
+    answer.square = tempered_sum(all, fewer * answer.caps.all);
     answer.full = std::accumulate(all.begin(), all.end(), 0.0);
-    answer.local = tempered_sum(near);
+    answer.local = tempered_sum(near, fewer * answer.caps.local);
   }
 
   const Flux& flux_;
@@ -457,7 +470,7 @@ double bound(const Jackknifed& square, int side) {
 void conclude(const Analysis& analysis, ErrorEstimate& estimate) {
   const Answer whole = analysis.without(kBlocks);
   std::vector<Answer> parts;
-  for (std::size_t k = 0; k < kBlocks; ++k) parts.push_back(analysis.without(k));
+  for (std::size_t k = 0; k < kBlocks; ++k) parts.push_back(analysis.without(k, &whole.caps));
   const Jackknifed square = jackknife(whole.square, parts, &Answer::square);
   const Jackknifed full = jackknife(whole.full, parts, &Answer::full);
   const Jackknifed local = jackknife(whole.local, parts, &Answer::local);

@@ -6,8 +6,10 @@
 
 #include "engine/cluster_record.h"
 #include "engine/squared.h"
+#include "scheduler/leaves.h"
 #include "scheduler/relight.h"
 #include "scheduler/solution.h"
+#include "scheduler/stored_patches.h"
 #include "solver/coupling.h"
 #include "solver/sample_sequence.h"
 
@@ -28,19 +30,31 @@ double believed(double difference, double variance) {
   return d2 > kDoubted * variance ? 1 - kDoubted * variance / d2 : 0;
 }
 
+// By element, which piece it is or is within; -1: it is above pieces.
+std::vector<std::int32_t> find_pieces(std::span<const Element> elements, double area) {
+  std::vector<std::int32_t> piece_of(elements.size(), -1);
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    const Element& x = elements[i];
+    if (x.parent >= 0) piece_of[i] = piece_of[std::size_t(x.parent)];
+    if (piece_of[i] < 0 && (x.leaf() || x.area <= area)) piece_of[i] = std::int32_t(i);
+  }
+  return piece_of;
+}
+
 // Whose a point is.
-struct LeafPoint {
+struct PieceNode {
   std::uint32_t patch = 0, element = 0;
 };
 
-// The nodes of each leaf.
-void add_points(const ClusterView& view, ClusterId id, std::vector<LeafPoint>& owners,
-                std::vector<GatherPoint>& points) {
+// The nodes of each piece.
+void add_points(const ClusterView& view, ClusterId id, double area,
+                std::vector<PieceNode>& owners, std::vector<GatherPoint>& points) {
   for (std::uint32_t p = 0; p < view.size(); ++p) {
     const PatchView patch = view.patch(p);
     if (patch.head->inert) continue;
+    const std::vector<std::int32_t> piece_of = find_pieces(patch.elements, area);
     for (std::uint32_t e = 0; e < patch.elements.size(); ++e) {
-      if (!patch.elements[e].leaf()) continue;
+      if (piece_of[e] != std::int32_t(e)) continue;
       const Site site = make_site(patch, e);
       for (int k = 0; k < site.nodes; ++k) {
         owners.push_back({p, e});
@@ -51,24 +65,26 @@ void add_points(const ClusterView& view, ClusterId id, std::vector<LeafPoint>& o
 }
 
 // What a patch's fresh gathers say: of each element the mean residual and the variance of its
-// luminance, of each leaf the basis' coefficients.
+// luminance, of each piece the basis' coefficients.
 class PatchResidual {
  public:
-  explicit PatchResidual(const PatchView& patch)
+  PatchResidual(const PatchView& patch, double piece_area)
       : patch_(patch),
         k_(std::size_t(patch.k())),
+        piece_of_(find_pieces(patch.elements, piece_area)),
         mean_(patch.elements.size(), Spectrum{0}),
         variance_(patch.elements.size(), 0.0),
         slopes_(patch.elements.size() * k_, Spectrum{0}),
         slope_variance_(patch.elements.size() * k_, 0.0) {}
 
-  // One leaf by its nodes.
-  void add_leaf(std::size_t element, std::span<const GatherPoint> points,
-                std::span<const FreshIrradiance> fresh, double pooled) {
+  // One piece by its nodes.
+  void add_piece(std::size_t element, std::span<const GatherPoint> points,
+                 std::span<const FreshIrradiance> fresh, double pooled) {
     const Site site = make_site(patch_, element);
     for (std::size_t n = 0; n < points.size(); ++n) {
       const Vec2 at = patch_.head->frame.to_plane(points[n].x);
-      const Spectrum r = fresh[n].mean - polynomial_at(patch_, std::int32_t(element), at);
+      const std::int32_t leaf = leaf_at(patch_, at, std::int32_t(element));
+      const Spectrum r = fresh[n].mean - polynomial_at(patch_, leaf, at);
       // Two replicates tell little by themselves.
       const double variance = std::max(squared(luminance(fresh[n].standard_error)), pooled);
       for (std::size_t a = 0; a < k_; ++a) {
@@ -83,37 +99,71 @@ class PatchResidual {
 
   // By leaf, in the elements' order: K coefficients to add.
   void mend(std::vector<Spectrum>& out) {
+    sum_up();
+    const std::vector<Spectrum> told = tell();
+    for (std::size_t i = 0; i < told.size(); ++i)
+      if (patch_.elements[i].leaf()) mend_leaf(i, told[std::size_t(piece_of_[i])], out);
+  }
+
+ private:
+  bool above_pieces(std::size_t i) const { return piece_of_[i] < 0; }
+
+  void sum_up() {
     const std::span<const Element> elements = patch_.elements;
     for (std::size_t i = elements.size(); i-- > 0;) {
-      if (elements[i].leaf()) continue;
+      if (!above_pieces(i)) continue;
       for (std::size_t c = elements[i].child; c < std::size_t(elements[i].child) + 2; ++c) {
         const double share = elements[c].area / elements[i].area;
         mean_[i] += share * mean_[c];
         variance_[i] += squared(share) * variance_[c];
       }
     }
+  }
+
+  // What is believed of the means, down to pieces.
+  std::vector<Spectrum> tell() const {
+    const std::span<const Element> elements = patch_.elements;
     std::vector<Spectrum> told(elements.size(), Spectrum{0});
     told[0] = believed(luminance(mean_[0]), variance_[0]) * mean_[0];
     for (std::size_t i = 0; i < elements.size(); ++i) {
-      if (elements[i].leaf()) {
-        out.push_back(told[i]);
-        for (std::size_t a = 1; a < k_; ++a)
-          out.push_back(believed(luminance(slopes_[i * k_ + a]), slope_variance_[i * k_ + a]) *
-                        slopes_[i * k_ + a]);
-        continue;
-      }
+      if (!above_pieces(i)) continue;
       const std::size_t c = elements[i].child;
       const Spectrum apart = mean_[c + 1] - mean_[c];
-      const Spectrum step =
-          believed(luminance(apart), variance_[c] + variance_[c + 1]) * apart;
+      const Spectrum step = believed(luminance(apart), variance_[c] + variance_[c + 1]) * apart;
       told[c] = told[i] - elements[c + 1].area / elements[i].area * step;
       told[c + 1] = told[i] + elements[c].area / elements[i].area * step;
     }
+    return told;
   }
 
- private:
+  // A piece's mean on a leaf of it. Where that is not the piece itself, light that is too much goes
+  // in proportion to what is there, so that the dark side of an edge is left alone.
+  void mend_leaf(std::size_t i, const Spectrum& told, std::vector<Spectrum>& out) const {
+    const std::size_t piece = std::size_t(piece_of_[i]), first = out.size();
+    out.insert(out.end(), k_, Spectrum{0});
+    if (piece == i) {
+      out[first] = told;
+      for (std::size_t a = 1; a < k_; ++a) {
+        const Spectrum& slope = slopes_[i * k_ + a];
+        out[first + a] = believed(luminance(slope), slope_variance_[i * k_ + a]) * slope;
+      }
+      return;
+    }
+    const std::span<const double> all = patch_.e_of(std::int32_t(piece));
+    const std::span<const double> own = patch_.e_of(std::int32_t(i));
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      if (told[c] >= 0) {
+        out[first][c] = told[c];
+      } else if (all[c] > 0) {
+        const double part = std::max(-1.0, told[c] / all[c]);
+        for (std::size_t a = 0; a < k_; ++a) out[first + a][c] = part * own[a * kChannels + c];
+      }
+    }
+  }
+
   const PatchView patch_;
   const std::size_t k_;
+  const std::vector<std::int32_t> piece_of_;
   std::vector<Spectrum> mean_;
   std::vector<double> variance_;
   std::vector<Spectrum> slopes_;
@@ -121,7 +171,8 @@ class PatchResidual {
 };
 
 // All patches' mends one after the other, those of inert ones empty.
-std::vector<Spectrum> mends_of(const ClusterView& view, std::span<const LeafPoint> owners,
+std::vector<Spectrum> mends_of(const ClusterView& view, double piece_area,
+                               std::span<const PieceNode> owners,
                                std::span<const GatherPoint> points,
                                std::span<const FreshIrradiance> fresh) {
   std::vector<Spectrum> mends;
@@ -130,11 +181,11 @@ std::vector<Spectrum> mends_of(const ClusterView& view, std::span<const LeafPoin
     while (last < owners.size() && owners[last].patch == owners[first].patch)
       pooled += squared(luminance(fresh[last++].standard_error));
     pooled /= double(last - first);
-    PatchResidual residual(view.patch(owners[first].patch));
+    PatchResidual residual(view.patch(owners[first].patch), piece_area);
     for (std::size_t a = first, b = first; a < last; a = b) {
       while (b < last && owners[b].element == owners[a].element) ++b;
-      residual.add_leaf(owners[a].element, points.subspan(a, b - a), fresh.subspan(a, b - a),
-                        pooled);
+      residual.add_piece(owners[a].element, points.subspan(a, b - a), fresh.subspan(a, b - a),
+                         pooled);
     }
     residual.mend(mends);
   }
@@ -143,19 +194,29 @@ std::vector<Spectrum> mends_of(const ClusterView& view, std::span<const LeafPoin
 
 }  // namespace
 
+Result<double> mean_leaf_area(const Model& model, ClusterStore& store) {
+  double area = 0, leaves = 0;
+  for (std::size_t c = 0; c < model.clusters.size(); ++c)
+    ATRIUM_RETURN_IF_ERROR(each_receiver(store, ClusterId(c), [&](const PatchView& patch) {
+      area += patch.head->area;
+      leaves += double(std::ranges::count_if(patch.elements, &Element::leaf));
+    }));
+  return leaves > 0 ? area / leaves : 0.0;
+}
+
 Result<GatherReport> measure_mend(ClusterStore& store, FreshGather& fresh,
                                   const BrightSources& bright, ClusterId id,
                                   const LocalSettings& settings, Equilibrium& equilibrium) {
   GatherReport report;
   const RecordId record = record_id(RecordKind::kCluster, id.value);
-  std::vector<LeafPoint> owners;
+  std::vector<PieceNode> owners;
   std::vector<GatherPoint> points;
   {
     const Result<ClusterPin> pin = store.read(record);
     if (!pin.ok()) return pin.status();
     const Result<ClusterView> view = ClusterView::parse(pin->bytes());
     if (!view.ok()) return view.status();
-    add_points(*view, id, owners, points);
+    add_points(*view, id, settings.piece, owners, points);
   }
   const FreshSettings gather{settings.directions, kReplicates, derived(settings.seed, id.value)};
   const auto found = fresh.gather(bright, points, gather);
@@ -166,7 +227,7 @@ Result<GatherReport> measure_mend(ClusterStore& store, FreshGather& fresh,
   if (!pin.ok()) return pin.status();
   const Result<ClusterView> view = ClusterView::parse(pin->bytes());
   if (!view.ok()) return view.status();
-  const std::vector<Spectrum> mends = mends_of(*view, owners, points, *found);
+  const std::vector<Spectrum> mends = mends_of(*view, settings.piece, owners, points, *found);
   const PlacedLight pending = equilibrium.pending(id);
   std::vector<PatchGain> gains(view->size());
   std::size_t at = 0;

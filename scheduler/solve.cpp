@@ -85,6 +85,7 @@ class Scheduler {
   bool limits_reached();
   Status fit_links();
   Status find_bright();
+  Status find_pieces();
   double light_with_pending() const;
   double residual() const;
   SweepOutcome outcome(bool reaches_further) const;
@@ -103,6 +104,7 @@ class Scheduler {
   std::unique_ptr<RayWorlds> worlds_;
   std::unique_ptr<FreshGather> fresh_;
   std::optional<BrightSources> bright_;  // while rays gather from the solution
+  std::optional<LocalSettings> local_;   // while they do so at all pieces
   std::vector<ClusterId> order_;         // of all clusters
   std::vector<ClusterId> reached_;       // those that are gathered to, in that order
   std::optional<GatherReport> at_rest_;  // sums over the others
@@ -336,6 +338,14 @@ Status Scheduler::find_bright() {
   return {};
 }
 
+Status Scheduler::find_pieces() {
+  if (local_) return {};
+  const Result<double> mean = mean_leaf_area(prepared_->model, directory_.store());
+  if (!mean.ok()) return mean.status();
+  local_.emplace(LocalSettings{.piece = kPieceOfLeaf * *mean});
+  return {};
+}
+
 // By links, or what a local pass does instead.
 Result<GatherReport> Scheduler::gather_to(ClusterId receiver) {
   const Model& model = prepared_->model;
@@ -344,7 +354,8 @@ Result<GatherReport> Scheduler::gather_to(ClusterId receiver) {
     return gather_cluster(model, store, *worlds_, task_for(receiver));
   if (cursor_.phase == Phase::kMend) return put_in_mend(store, receiver, *equilibrium_);
   ATRIUM_RETURN_IF_ERROR(find_bright());
-  return measure_mend(store, *fresh_, *bright_, receiver, {}, *equilibrium_);
+  ATRIUM_RETURN_IF_ERROR(find_pieces());
+  return measure_mend(store, *fresh_, *bright_, receiver, *local_, *equilibrium_);
 }
 
 // The sums over all that the sweep leaves as it is.
@@ -432,6 +443,7 @@ void Scheduler::end_sweep() {
   if (cursor_.phase == Phase::kMeasure) {
     equilibrium_->spread_gains();
     bright_.reset();
+    local_.reset();
     cursor_.phase = Phase::kMend;
     return;
   }

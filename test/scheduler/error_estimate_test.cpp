@@ -122,6 +122,33 @@ TEST(ErrorEstimate, ACheckerboardOfATenth) {
   EXPECT_GT(e.high, 0.1);
 }
 
+// The same with one leaf of 384 seven times too bright: its square, 36/384, is ten times that of all
+// others, .01. Each of the two points it gets counts for .3 of what is counted, and for no more by
+// what leaving either out would change: together .01 / (1 - .6). The interval knows it in full.
+TEST(ErrorEstimate, OneBadLeafDoesNotDecideIt) {
+  constexpr int kSplits = 6;
+  constexpr double kRest = 0.1, kBad = 6, kMost = 0.3, kLeaves = 6 * 64;
+  Furnace f(0.5);
+  std::size_t patch = 0;
+  f.run.change([&](PatchTree& tree) {
+    split_all(tree, kSplits);
+    set_even(tree, f.truth());
+    const std::size_t k = static_cast<std::size_t>(tree.view().k()) * kChannels;
+    bool bad = patch++ == 3;
+    for (const Element& e : tree.elements)
+      for (std::size_t c = 0; !e.leaf() && c < kChannels; ++c)
+        for (const std::int32_t side : {0, 1}) {
+          const auto child = static_cast<std::size_t>(e.child + side);
+          if (!tree.elements[child].leaf()) continue;
+          tree.e[child * k + c] *= bad ? 1 + kBad : side ? 1 + kRest : 1 - kRest;
+          if (c + 1 == kChannels) bad = false;
+        }
+  });
+  const ErrorEstimate e = estimate(f.run, kFew);
+  EXPECT_NEAR(e.error, std::sqrt(squared(kRest) / (1 - 2 * kMost)), 0.01);
+  EXPECT_GT(e.high, std::sqrt(squared(kRest) + squared(kBad) / kLeaves));
+}
+
 // A lamp as large as the ceiling over it, a beam between: most points see a part of the lamp, which
 // 128 rays tell to some percent, and 256 such points the error to 1.4% at best. Asked for half a
 // percent they take more rays, until noise alone would be taken for no more than that: its square

@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
+#include "solver/element_tree.h"
 #include "test/physics/rooms.h"
 #include "test/scheduler/solved_store.h"
 
@@ -23,13 +26,20 @@ class FurnaceMended : public ::testing::Test {
     equilibrium_.emplace(run_.model(), order_);
   }
 
-  // Both sweeps, without what mends send on: the coarse system knows of no links.
-  void local_pass() {
+  // Both sweeps, without what mends send on: the coarse system knows of no links. Returns the rays.
+  std::uint64_t local_pass(const LocalSettings& settings = {}) {
+    std::uint64_t rays = 0;
+    mend(settings, rays);
+    return rays;
+  }
+  void mend(const LocalSettings& settings, std::uint64_t& rays) {
     const Result<BrightSources> bright = BrightSources::find(run_.model(), run_.store());
     ASSERT_TRUE(bright.ok());
     for (const ClusterId c : order_) {
-      const auto report = measure_mend(run_.store(), run_.fresh(), *bright, c, {}, *equilibrium_);
+      const auto report =
+          measure_mend(run_.store(), run_.fresh(), *bright, c, settings, *equilibrium_);
       ASSERT_TRUE(report.ok()) << report.status().message();
+      rays += report->refined.rays;
     }
     equilibrium_->spread_gains();
     for (const ClusterId c : order_) {
@@ -72,6 +82,55 @@ TEST_F(FurnaceMended, AWallThatIsWrongIsPutRight) {
   EXPECT_NEAR(e[0], kExpected, 1e-9 * kExpected);
   for (std::size_t p = 1; p < e.size(); ++p)
     EXPECT_NEAR(e[p], (1 + kRho * kSeen * (kTooBright - 1)) * kExpected, kScatter * kExpected);
+}
+
+constexpr int kSplits = 6;
+
+void split_all(PatchTree& tree, int times) {
+  for (int t = 0; t < times; ++t) {
+    const auto count = static_cast<std::int32_t>(tree.elements.size());
+    for (std::int32_t i = 0; i < count; ++i)
+      if (tree.elements[static_cast<std::size_t>(i)].leaf()) split_leaf(tree, i, 0);
+  }
+}
+
+// The same wall of many leaves, a half of them without light, which are one piece if that may be as
+// large as the wall: as many rays as for a wall of one leaf, and what is too much goes in proportion,
+// so that what has no light stays so.
+TEST_F(FurnaceMended, LeavesOfOnePieceAreMendedAlike) {
+  constexpr double kTooBright = 1.2, kScatter = 0.02;
+  const LocalSettings whole{.piece = std::numeric_limits<double>::infinity()};
+  const std::uint64_t rays = local_pass(whole);
+  std::size_t patch = 0, dark = 0, leaves = 0;
+  run_.change([&](PatchTree& tree) {
+    set_even(tree, kExpected);
+    if (patch++ > 0) return;
+    split_all(tree, kSplits);
+    set_even(tree, 2 * kTooBright * kExpected);
+    const std::size_t k = std::size_t(tree.view().k()) * kChannels;
+    std::fill_n(tree.e.begin(), kChannels, kTooBright * kExpected);
+    for (std::size_t i = 0; i < tree.elements.size(); ++i) {
+      const Element& x = tree.elements[i];
+      leaves += x.leaf();
+      if (!x.leaf() || x.centroid.x > tree.elements[0].centroid.x) continue;
+      std::fill_n(tree.e.begin() + std::ptrdiff_t(i * k), k, 0.0);
+      ++dark;
+    }
+  });
+  ASSERT_EQ(2 * dark, leaves);
+  EXPECT_EQ(local_pass(whole), rays);
+  patch = 0;
+  run_.change([&](PatchTree& tree) {
+    if (patch++ > 0) return;
+    const std::size_t k = std::size_t(tree.view().k()) * kChannels;
+    EXPECT_NEAR(tree.e[0], kExpected, kScatter * kExpected);
+    for (std::size_t i = 0; i < tree.elements.size(); ++i) {
+      const Element& x = tree.elements[i];
+      if (!x.leaf()) continue;
+      const double expected = x.centroid.x < tree.elements[0].centroid.x ? 0 : 2 * kExpected;
+      EXPECT_NEAR(tree.e[i * k], expected, 2 * kScatter * kExpected);
+    }
+  });
 }
 
 // A record that is not of this cluster's elements is refused, and nothing is changed.
