@@ -28,6 +28,10 @@ inline constexpr double kMixed = 0.5;
 inline constexpr double kUnsureFour = 0.19;
 // And where sixteen more segments between ends of their own agree as well.
 inline constexpr double kUnsure = 0.04;
+// A shadow that rays from all elements of a source miss alike counts for so many times what one of
+// them errs by, at the most: a wall beside a curtain had the light of a hundred spots, each within
+// what it may be wrong by, in a strip that sees none of them.
+inline constexpr double kMostAlike = 2;
 // Of the variation below a partly hidden source's element, how much may go by what is hidden: the
 // spot that a lamp's panel lights on the ceiling above it is hidden from all but the panel.
 inline constexpr double kHidden = 1;

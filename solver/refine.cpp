@@ -225,12 +225,10 @@ SourceRoots::SourceRoots(const ClusterView& source, double ambient,
 // little each time, and what is dark under a box stay as bright as what is beside it.
 void Refiner::cut_at_contacts(PatchTree& receiver) {
   tree_ = &receiver;
-  const std::size_t stride = std::size_t(coefficient_count(receiver.order)) * kChannels;
   for (std::size_t i = 0; i < receiver.elements.size(); ++i) {
     const Element& x = receiver.elements[i];
     if (!x.leaf() || x.crossing == 0) continue;
-    const double* e = &receiver.e[i * stride];
-    const double light = std::max(settings_.ambient, luminance({e[0], e[1], e[2]}));
+    const double light = light_on(std::int32_t(i));
     const double error = kJump * light * x.crossing * weight(std::int32_t(i), 0);
     if (error > kJumpOfLinks * settings_.threshold)
       split_leaf(receiver, std::int32_t(i), settings_.min_edge);
@@ -357,6 +355,12 @@ double Refiner::misfit(std::int32_t receiver, const Site& r, const Kernel& kerne
   return std::sqrt(rest2 + squared(bowl));
 }
 
+// lx, luminance, in the mean; where nothing was gathered yet, what is assumed.
+double Refiner::light_on(std::int32_t receiver) const {
+  const std::span<const double> e = tree_->view().e_of(receiver);
+  return std::max(settings_.ambient, luminance({e[0], e[1], e[2]}));
+}
+
 // What a unit of irradiance error on this element weighs. Errors are relative to the light that is
 // there, at the element's dark end: a shadow's edge beside a lamp counts by its dark side.
 // arriving: lx, what the link itself brings at the least.
@@ -457,9 +461,11 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
   }
 
   // What a row misses of a source close by is taken for the room's mean, in the dark under a box as
-  // anywhere: so much is at stake though the source be dark.
+  // anywhere: so much is at stake though the source be dark. And it stands before what else the
+  // receiver sees, which is as bright as it takes to make its light.
   const bool close = open.probe_count > 0;
-  const double dark = close ? kDarkStake * settings_.mean_irradiance : 0;
+  const double behind = light_on(receiver) - source.sends.radiosity;
+  const double dark = close ? std::max(kDarkStake * settings_.mean_irradiance, behind) : 0;
   const double stake = std::max(source.sends.radiosity, dark);
   double spread = open.mean;  // or less, but nothing of it varies yet
   if (close || source.sends.detail > 0) spread = sensitivity_spread(site, *source.site, open);
@@ -491,6 +497,8 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
   const double error = std::sqrt(squared(shape) + squared(shadow) + squared(variation));
   const double weighs = weight(receiver, source.sends.radiosity * darkest_row(sight.seen));
   if (error * weighs <= settings_.threshold) {
+    if (by_ray && alike(source) * shadow * weighs > settings_.threshold && splits(receiver))
+      return descend_receiver(receiver, source, tube);
     if (!parent) verdict_ = verdict(source, sight, open, by_ray, spread, dark, weighs);
     return full_link(receiver, site, source, sight, by_ray);
   }
@@ -499,12 +507,21 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
                             (shadow > shape && source.site->radius > site.radius) ||
                             source.site->radius > 4 * site.radius;
   if (source_first && descend_source(receiver, site, source, tube)) return;
-  if (!tree_->elements[receiver].leaf() || split_leaf(*tree_, receiver, settings_.min_edge)) {
-    descend_receiver(receiver, source, tube);
-    return;
-  }
+  if (splits(receiver)) return descend_receiver(receiver, source, tube);
   if (!source_first && descend_source(receiver, site, source, tube)) return;
   full_link(receiver, site, source, sight, by_ray);
+}
+
+// Has the element children, or can it be given some?
+bool Refiner::splits(std::int32_t receiver) {
+  return !tree_->elements[receiver].leaf() || split_leaf(*tree_, receiver, settings_.min_edge);
+}
+
+// What many elements of a source get wrong is no less than what few would if it is the same in all:
+// a shadow's edge that no node of the receiver sees. Half way between that and errors of any sign.
+double Refiner::alike(const Source& source) {
+  const double elements = source.patch->head->area / source.patch->elements[source.element].area;
+  return std::min(kMostAlike, std::sqrt(std::sqrt(elements)));
 }
 
 // What sixteen rays say of a pair that is not wholly seen; sixteen more where they agree and much
@@ -515,7 +532,7 @@ Refiner::Sight Refiner::see(std::int32_t receiver, const Site& site, const Sourc
   double v = seen_share(site, open, seen);
   const double arriving = source.sends.radiosity * darkest_row(seen);
   if ((v == 0 || v == 1) &&
-      kUnsureFour * transfer * weight(receiver, arriving) > settings_.threshold)
+      kUnsureFour * alike(source) * transfer * weight(receiver, arriving) > settings_.threshold)
     v = 0.5 * (v + scattered_share(site, *source.site));
   Sight sight;
   sight.seen = seen;

@@ -164,7 +164,10 @@ class Refiner {
   }
   bool links(std::int32_t element) const { return !branch_ || branch_->links(element); }
   double misfit(std::int32_t receiver, const Site& site, const Kernel& kernel) const;
+  double light_on(std::int32_t receiver) const;
   double weight(std::int32_t receiver, double arriving) const;
+  bool splits(std::int32_t receiver);
+  static double alike(const Source& source);
 
   // Pairs of which one end or both are groups.
   Source group_source(std::uint32_t group) const;
