@@ -21,8 +21,10 @@ namespace {
 constexpr double kLampOfMean = 1.5;
 constexpr double kBrightOfMean = 4;
 // Bright elements are taken coarse: what only their children tell is below this share of their
-// mean.
+// mean, or they are no larger than this share of the mean leaf. Where a lamp stands before a wall
+// leaves are as small as can be, and there are as many of them as of all others.
 constexpr double kEvenEnough = 0.5;
+constexpr double kSmallOfLeaf = 0.5;
 // Below this share the kernel at its centre stands for all of a source: it errs by the share's
 // square.
 constexpr double kFar = 0.02;
@@ -66,17 +68,17 @@ BrightSource element_of(const PatchView& patch, std::int32_t i) {
   return s;
 }
 
-// The elements from i down that are brighter than `bright`, as coarse as they are even.
-void add_bright_elements(const PatchView& patch, std::int32_t i, double bright,
+// The elements from i down that are brighter than `bright`, as coarse as they are even or small.
+void add_bright_elements(const PatchView& patch, std::int32_t i, double bright, double small,
                          std::vector<BrightSource>& row) {
   const Element& e = patch.elements[i];
   const double mean = mean_luminance(patch, i);
   const double uneven = luminance(patch.head->reflectance) * e.detail;
-  if (mean > bright && (e.leaf() || uneven < kEvenEnough * mean)) {
+  if (mean > bright && (e.leaf() || e.area <= small || uneven < kEvenEnough * mean)) {
     row.push_back(element_of(patch, i));
   } else if (!e.leaf() && mean + uneven > 0) {
-    add_bright_elements(patch, e.child, bright, row);
-    add_bright_elements(patch, e.child + 1, bright, row);
+    add_bright_elements(patch, e.child, bright, small, row);
+    add_bright_elements(patch, e.child + 1, bright, small, row);
   }
 }
 
@@ -84,15 +86,18 @@ void add_bright_elements(const PatchView& patch, std::int32_t i, double bright,
 struct Means {
   double area = 0, flux = 0;           // m², lm emitted
   double lit_area = 0, reflected = 0;  // where light arrives
+  double leaves = 0;
   void add(const PatchView& patch) {
     const double b = mean_luminance(patch, 0);
     area += patch.head->area;
     flux += patch.head->area * luminance(patch.head->exitance);
+    leaves += static_cast<double>(std::ranges::count_if(patch.elements, &Element::leaf));
     if (!(b > 0)) return;
     lit_area += patch.head->area;
     reflected += patch.head->area * b;
   }
   double exitance() const { return area > 0 ? flux / area : 0; }
+  double leaf() const { return leaves > 0 ? area / leaves : 0; }
   double radiosity() const { return lit_area > 0 ? reflected / lit_area : 0; }
 };
 
@@ -280,6 +285,7 @@ Result<BrightSources> BrightSources::find(const Model& model, ClusterStore& stor
   all.has_bright_elements_.assign(model.patches.size(), false);
   std::vector<BrightSource> row;
   const double lamp = kLampOfMean * means.exitance(), bright = kBrightOfMean * means.radiosity();
+  const double small = kSmallOfLeaf * means.leaf();
   const auto add = [&](const PatchView& patch) {
     const std::uint32_t id = patch.head->patch;
     if (luminance(patch.head->exitance) > lamp) {
@@ -287,7 +293,7 @@ Result<BrightSources> BrightSources::find(const Model& model, ClusterStore& stor
       all.is_lamp_[id] = true;
     }
     const std::size_t before = row.size();
-    if (bright > 0) add_bright_elements(patch, 0, bright, row);
+    if (bright > 0) add_bright_elements(patch, 0, bright, small, row);
     all.has_bright_elements_[id] = row.size() > before;
   };
   for (std::size_t c = 0; c < model.clusters.size(); ++c) {

@@ -37,9 +37,10 @@ inline constexpr std::uint32_t kFirstTaken = 1;
 // [1.2, 1.5] where 2.9% is true).
 inline constexpr double kBeyondDoubt = 1.4;
 // A level ends when the light still to come is below this share of all: coarse ones, and for the
-// last relative to the error asked for.
+// last relative to the error asked for. An institute at 1% took 18 sweeps of 16 s across streamed
+// links to a fiftieth of that, of which the last 13 changed nothing that the truth would tell.
 inline constexpr double kCoarseRest = 0.01;
-inline constexpr double kFineRestOfError = 1.0 / 50;
+inline constexpr double kFineRestOfError = 1.0 / 10;
 // An answer that is taken has settled beyond that: sweeps over kept links cost next to nothing.
 inline constexpr double kTakenRest = 1e-6;
 inline constexpr std::uint32_t kMostSettling = 24;
