@@ -20,6 +20,9 @@ namespace {
 // Of a difference d whose noise has the variance v, 1 - kDoubted v / d² is believed: at 1 the risk
 // is least for a difference known to be there, most are none.
 constexpr double kDoubted = 3;
+// Of a piece's mean, what its light may vary by. Beyond, it lies across an edge of a shadow or a rim
+// that light leaks to, and its leaves are wrong by different amounts.
+constexpr double kEvenEnough = 0.5;
 // Independent parts of a node's rays.
 constexpr int kReplicates = 2;
 
@@ -30,13 +33,21 @@ double believed(double difference, double variance) {
   return d2 > kDoubted * variance ? 1 - kDoubted * variance / d2 : 0;
 }
 
+// Nothing that the leaves of an element tell apart is worth a measurement of each.
+bool is_even(const PatchView& patch, std::size_t element) {
+  const std::span<const double> e = patch.e_of(std::int32_t(element));
+  return patch.elements[element].detail <= kEvenEnough * luminance(Spectrum{e[0], e[1], e[2]});
+}
+
 // By element, which piece it is or is within; -1: it is above pieces.
-std::vector<std::int32_t> find_pieces(std::span<const Element> elements, double area) {
+std::vector<std::int32_t> find_pieces(const PatchView& patch, double area) {
+  const std::span<const Element> elements = patch.elements;
   std::vector<std::int32_t> piece_of(elements.size(), -1);
   for (std::size_t i = 0; i < elements.size(); ++i) {
     const Element& x = elements[i];
     if (x.parent >= 0) piece_of[i] = piece_of[std::size_t(x.parent)];
-    if (piece_of[i] < 0 && (x.leaf() || x.area <= area)) piece_of[i] = std::int32_t(i);
+    if (piece_of[i] < 0 && (x.leaf() || (x.area <= area && is_even(patch, i))))
+      piece_of[i] = std::int32_t(i);
   }
   return piece_of;
 }
@@ -52,7 +63,7 @@ void add_points(const ClusterView& view, ClusterId id, double area,
   for (std::uint32_t p = 0; p < view.size(); ++p) {
     const PatchView patch = view.patch(p);
     if (patch.head->inert) continue;
-    const std::vector<std::int32_t> piece_of = find_pieces(patch.elements, area);
+    const std::vector<std::int32_t> piece_of = find_pieces(patch, area);
     for (std::uint32_t e = 0; e < patch.elements.size(); ++e) {
       if (piece_of[e] != std::int32_t(e)) continue;
       const Site site = make_site(patch, e);
@@ -71,7 +82,7 @@ class PatchResidual {
   PatchResidual(const PatchView& patch, double piece_area)
       : patch_(patch),
         k_(std::size_t(patch.k())),
-        piece_of_(find_pieces(patch.elements, piece_area)),
+        piece_of_(find_pieces(patch, piece_area)),
         mean_(patch.elements.size(), Spectrum{0}),
         variance_(patch.elements.size(), 0.0),
         slopes_(patch.elements.size() * k_, Spectrum{0}),

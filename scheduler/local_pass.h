@@ -1,7 +1,9 @@
 // Local pass: what the links got wrong, measured by rays and mended. Once the sweeps have settled,
 // E is gathered afresh at the nodes of every piece (fresh_gather.h): a leaf, or an element that is no
-// larger than half the mean leaf, with all leaves in it. Half of a ward's leaves hold a hundredth of
-// its area; gathering at each of them took three times as long and left as much wrong.
+// larger than half the mean leaf and evenly lit, with all leaves in it. Half of a ward's leaves hold
+// a hundredth of its area; gathering at each of them took three times as long and left as much
+// wrong. Where the light varies, at the rims of its lamps' panels, one mend for all of a piece left
+// 1.8% of the ward wrong, and 1.2% as it is done here.
 //
 // What the fresh gathers differ by from what the links brought is the residual of the transport
 // equation: shadows that no segment met, light that was lost on the way; and noise. Along each

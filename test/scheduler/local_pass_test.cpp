@@ -133,6 +133,26 @@ TEST_F(FurnaceMended, LeavesOfOnePieceAreMendedAlike) {
   });
 }
 
+// Leaves across whose piece the light varies by more than half of its mean are wrong by different
+// amounts: each is a piece of its own then, however small.
+TEST_F(FurnaceMended, LeavesOfAnUnevenPieceAreMendedOneByOne) {
+  const LocalSettings whole{.piece = std::numeric_limits<double>::infinity()};
+  constexpr double kVaries = 0.6 * kExpected;
+  std::size_t patch = 0;
+  run_.change([&](PatchTree& tree) {
+    if (patch++ == 0) split_all(tree, kSplits);
+    set_even(tree, kExpected);
+  });
+  const std::uint64_t even = local_pass(whole);
+  patch = 0;
+  run_.change([&](PatchTree& tree) {
+    for (Element& x : tree.elements)
+      if (patch == 0 && !x.leaf()) x.detail = kVaries;
+    ++patch;
+  });
+  EXPECT_GT(local_pass(whole), even + ((std::uint64_t{1} << kSplits) - 1) * whole.directions);
+}
+
 // A record that is not of this cluster's elements is refused, and nothing is changed.
 TEST_F(FurnaceMended, WithoutItsMeasureThereIsNoMend) {
   run_.change([](PatchTree& tree) { set_even(tree, kExpected); });
