@@ -4,8 +4,9 @@
 // The machine's disk has two ways to its files (Io). Mapped: reading goes through read-only
 // mappings and is copied out; writing never does: a writable mapping reaches the disk whenever the
 // kernel likes, and errors arrive as signals. A mapped page that cannot be read is reported as a
-// Status too, not as SIGBUS. Direct: past the page cache, in whole granules, several reads at a
-// time.
+// Status too, not as SIGBUS. What is known to be read once, ahead of its request or as a stream,
+// comes out of the page cache by pread: there a page need not be mapped for a single copy. Direct:
+// past the page cache, in whole granules, several reads at a time.
 //
 // A failed sync is final: the kernel may have dropped the pages, so it must not be retried.
 // Not thread safe; distinct files may be used from distinct threads.
@@ -46,6 +47,11 @@ class DiskFile {
 
   // Advice that this will be read soon, where there is a cache to read it into.
   virtual void will_read(std::uint64_t offset, std::uint64_t length) = 0;
+
+  // As read, of what was announced so.
+  virtual Status read_announced(std::uint64_t offset, std::span<std::byte> bytes) {
+    return read(offset, bytes);
+  }
 
   virtual Status truncate(std::uint64_t size) = 0;  // what lies beyond is gone
 

@@ -120,7 +120,11 @@ Result<std::span<const std::byte>> ClusterStore::stream_in(RecordId id) {
   const StoredRecord& record = record_of(id);
   ATRIUM_CHECK(record.slot == kNoGranule);
   const auto image = streamed_.granules(record.granules());
-  ATRIUM_RETURN_IF_ERROR(read_image(image, id, record.on_disk, uuid_));
+  {
+    const IoClock clock(counters_.io_seconds), stall(counters_.stall_seconds);
+    ATRIUM_RETURN_IF_ERROR(pages_->stream(record.on_disk.first, image));
+  }
+  ATRIUM_RETURN_IF_ERROR(check_image(image, id, record.on_disk, uuid_));
   ++counters_.streamed_reads;
   counters_.streamed_bytes_read += record.length;
   return std::span<const std::byte>(image.subspan(sizeof(RecordHeader), record.length));

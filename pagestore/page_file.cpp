@@ -142,6 +142,13 @@ Status PageFile::read(std::uint64_t first, std::span<std::byte> image) {
   return (*file)->read(byte_of(first), image);
 }
 
+Status PageFile::stream(std::uint64_t first, std::span<std::byte> image) {
+  const auto file = file_of(first);
+  if (!file.ok()) return file.status();
+  (*file)->will_read(byte_of(first), image.size());
+  return (*file)->read_announced(byte_of(first), image);
+}
+
 Status PageFile::queue_read(ReadQueue& queue, std::uint64_t first, std::span<std::byte> image,
                             std::uint64_t ticket) {
   const auto file = file_of(first);

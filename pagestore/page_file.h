@@ -58,6 +58,7 @@ class PageFile {
 
   Status write(std::uint64_t first, std::span<const std::byte> image);
   Status read(std::uint64_t first, std::span<std::byte> image);
+  Status stream(std::uint64_t first, std::span<std::byte> image);  // of what is used once
   // Gets a read under way, to be waited for by its ticket; `queue` is of the same disk.
   Status queue_read(ReadQueue& queue, std::uint64_t first, std::span<std::byte> image,
                     std::uint64_t ticket);

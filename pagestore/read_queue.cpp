@@ -26,7 +26,7 @@ class AdvisingQueue final : public ReadQueue {
   Status wait(std::uint64_t ticket) override {
     const auto read = reads_.extract(ticket);
     ATRIUM_CHECK(!read.empty());
-    return read.mapped().file->read(read.mapped().offset, read.mapped().into);
+    return read.mapped().file->read_announced(read.mapped().offset, read.mapped().into);
   }
 
  private:

@@ -35,7 +35,7 @@ void leave_out_weak(std::vector<CoarseEntry>& row) {
 }  // namespace
 
 CoarseRows::CoarseRows(const CoarseUnits& units, ClusterId receiver)
-    : units_(units), receiver_(receiver), rows_(units.slots(receiver)) {}
+    : units_(units), receiver_(receiver), rows_(units.slots(receiver)), begun_(rows_.size(), false) {}
 
 void CoarseRows::Entry::add(double by, const Entry& e) {
   share += by * e.share;
@@ -65,10 +65,17 @@ void CoarseRows::hand_to_units(std::span<Entry> line, ClusterId source, Row& row
 
 void CoarseRows::add(const Braid& braid, const ClusterView& source,
                      std::span<const PatchTree> receiver, const GroupView& groups) {
+  if (!braid.carries_light()) return;
   const std::span<const std::uint32_t> to = units_.of(receiver_);
   const std::span<const std::uint32_t> from = units_.of(braid.source);
   const std::size_t width = units_.slots(braid.source);
-  std::vector<Entry> block(rows_.size() * width);
+  block_.resize(std::max(block_.size(), rows_.size() * width));
+  const auto line_of = [&](std::size_t row) {
+    const std::span<Entry> line = std::span(block_).subspan(row * width, width);
+    if (!begun_[row]) std::ranges::fill(line, Entry{});
+    begun_[row] = true;
+    return line;
+  };
   // A group is of the unit that its patches are of.
   const auto row_of = [&](const Braid::Strand& s, std::uint32_t element) {
     if (s.patch < to.size())
@@ -95,7 +102,7 @@ void CoarseRows::add(const Braid& braid, const ClusterView& source,
   const auto put = [&](const Braid::Strand& s, const LinkHead& link, double coupling) {
     const double f = coupling * area_of(s, link);
     const std::size_t row = row_of(s, link.receiver);
-    Entry& e = block[row * width + column_of(link.source_patch, link.source)];
+    Entry& e = line_of(row)[column_of(link.source_patch, link.source)];
     e.share += f * reflectance_of(link.source_patch);
     e.factors += f;
     rows_[row].linked += f;
@@ -109,14 +116,16 @@ void CoarseRows::add(const Braid& braid, const ClusterView& source,
       put(s, t.ends, t.coupling);
     const std::size_t row = row_of(s, 0);
     for (const Doubt& d : std::span(braid.doubts).subspan(s.first_doubt, s.doubts)) {
-      Entry& e = block[row * width + column_of(d.source_patch, 0)];
+      Entry& e = line_of(row)[column_of(d.source_patch, 0)];
       e.doubt += double(d.weight) * reflectance_of(d.source_patch);
       e.doubts += d.weight;
       rows_[row].doubt += d.weight;
     }
   }
-  for (std::size_t r = 0; r < rows_.size(); ++r)
-    hand_to_units(std::span(block).subspan(r * width, width), braid.source, rows_[r]);
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    if (begun_[r]) hand_to_units(line_of(r), braid.source, rows_[r]);
+    begun_[r] = false;
+  }
 }
 
 void CoarseRows::close(std::size_t patch, const PatchTree& tree, const Closing& closing) {

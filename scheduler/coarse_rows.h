@@ -66,6 +66,9 @@ class CoarseRows {
   const CoarseUnits& units_;
   ClusterId receiver_;
   std::vector<Row> rows_;  // by slot
+  // Of one braid: lines of slots of its source, those that it has begun.
+  std::vector<Entry> block_;
+  std::vector<bool> begun_;
 };
 
 }  // namespace atrium

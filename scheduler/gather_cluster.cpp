@@ -452,6 +452,10 @@ Result<GatherReport> gather_cluster(const Model& model, ClusterStore& store, Ray
   std::vector<UnitDetail> sent;
   const double start = now(), io_before = store.counters().io_seconds;
   for (std::size_t first = 0; first < sources.size();) {
+    if (task.linking == Linking::kUseKept && !task.links->carries_light(task.receiver, first)) {
+      report.link_bytes += (*kept)[first++].bytes();
+      continue;
+    }
     const Result<std::vector<Source>> installed =
         read_sources(task, store, *before, sources.subspan(first));
     if (!installed.ok()) return installed.status();

@@ -59,14 +59,16 @@ Result<std::vector<Braid>*> KeptLinks::bring(ClusterId receiver) {
 Status KeptLinks::keep(ClusterId receiver, std::vector<Braid> braids) {
   Kept& kept = kept_[receiver.value];
   const std::uint64_t bytes = bytes_of(braids), replaced = kept.braids ? kept.bytes : 0;
+  std::vector<bool> carrying;
+  for (const Braid& b : braids) carrying.push_back(b.carries_light());
   if (bytes_ - replaced + bytes > budget_) {
     ATRIUM_RETURN_IF_ERROR(write(receiver, braids));
     bytes_ -= replaced;
-    kept = {.bytes = bytes, .on_disk = true};
+    kept = {.bytes = bytes, .on_disk = true, .carrying = std::move(carrying)};
     return {};
   }
   forget(receiver);
-  kept = {.braids = std::move(braids), .bytes = bytes};
+  kept = {.braids = std::move(braids), .bytes = bytes, .carrying = std::move(carrying)};
   bytes_ += bytes;
   return {};
 }

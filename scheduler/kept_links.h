@@ -44,6 +44,12 @@ class KeptLinks {
   }
   // The receiver's braids: valid until the next call. kStore: the disk.
   Result<std::vector<Braid>*> of(ClusterId receiver);
+  // Across the braid with its i-th source: has the receiver anything to gather? Where that is not
+  // known, since an earlier process made the braids, it has.
+  bool carries_light(ClusterId receiver, std::size_t i) const {
+    const std::vector<bool>& carrying = kept_[receiver.value].carrying;
+    return carrying.empty() || carrying[i];
+  }
   // Those of the level before; none where there are none. Valid until the next call.
   Result<std::span<const Braid>> past(ClusterId receiver);
   // In place of those of the level before; on error these stay.
@@ -61,6 +67,7 @@ class KeptLinks {
     std::uint64_t bytes = 0;                     // of memory, wherever they are
     bool on_disk = false;
     bool past = false;  // of the level before
+    std::vector<bool> carrying{};  // by source
   };
   Result<std::vector<Braid>*> bring(ClusterId receiver);
   Status write(ClusterId receiver, std::span<const Braid> braids);

@@ -35,7 +35,7 @@ bool stalled(Cursor& cursor, const SweepOutcome& sweep) {
 // Is the light still to come little enough for what the level's answer is wanted for? A coarse
 // level may end while some is awaited: the next one's links bring it.
 bool settled(const Cursor& cursor, const SolveOptions& options, double by_sweeps) {
-  if (cursor.settling) return cursor.rest < kTakenRest;
+  if (cursor.settling) return cursor.rest < kTakenRestOfError * options.error;
   return at_last_level(cursor) ? cursor.rest < kFineRestOfError * options.error
                                : by_sweeps < kCoarseRest;
 }
@@ -59,8 +59,9 @@ Next end_for_good(Cursor& cursor, Stop stop) {
 
 // An answer that is exact enough: taken once it has settled.
 Next take(Cursor& cursor, const SolveOptions& options) {
-  const bool has_settled =
-      cursor.settling || cursor.mended || cursor.rest < kTakenRest || options.links == "discard";
+  const bool has_settled = cursor.settling || cursor.mended ||
+                           cursor.rest < kTakenRestOfError * options.error ||
+                           options.links == "discard";
   cursor.settling = 1;
   cursor.phase = Phase::kLinks;
   return has_settled ? end_for_good(cursor, Stop::kConverged) : Next{};

@@ -41,8 +41,9 @@ inline constexpr double kBeyondDoubt = 1.4;
 // links to a fiftieth of that, of which the last 13 changed nothing that the truth would tell.
 inline constexpr double kCoarseRest = 0.01;
 inline constexpr double kFineRestOfError = 1.0 / 10;
-// An answer that is taken has settled beyond that: sweeps over kept links cost next to nothing.
-inline constexpr double kTakenRest = 1e-6;
+// An answer that is taken has settled beyond that, but not beyond what the error asked would tell:
+// a grid of 400 rooms took four sweeps of 20 s across streamed links to 4e-8.
+inline constexpr double kTakenRestOfError = 1.0 / 100;
 inline constexpr std::uint32_t kMostSettling = 24;
 // So many sweeps in a row without progress, and none is to be expected. Links that are made anew
 // each time are not quite the same each time: where there are such, the change stays at their

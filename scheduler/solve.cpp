@@ -79,6 +79,9 @@ class Scheduler {
   Status judge();
   void follow(const Next& next);
   bool reach_further();
+  bool uses_kept_links(ClusterId receiver) const {
+    return options_.links != "discard" && links_->has(receiver);
+  }
   GatherTask task_for(ClusterId receiver);
   void foresee_more();
   void forget_foreseen();
@@ -254,9 +257,9 @@ GatherTask Scheduler::task_for(ClusterId receiver) {
   t.receiver = receiver;
   t.links = links_.get();
   t.equilibrium = &*equilibrium_;
-  const bool linked = options_.links == "discard" ? cursor_.sweep > 0 : links_->has(receiver);
-  if (options_.links != "discard")
-    t.linking = linked ? Linking::kUseKept : Linking::kMakeAndKeep;
+  const bool discard = options_.links == "discard", kept = uses_kept_links(receiver);
+  const bool linked = discard ? cursor_.sweep > 0 : kept;
+  if (!discard) t.linking = kept ? Linking::kUseKept : Linking::kMakeAndKeep;
   t.refine.threshold = link_threshold(cursor_, options_);
   t.refine.mean_irradiance = cursor_.mean_irradiance;
   const bool dark = cursor_.level == 0 && cursor_.iteration == 0 && reached_.size() == order_.size();
@@ -302,8 +305,11 @@ void Scheduler::foresee_more() {
   while (directory_.store().foreseen() + requests.size() < kForesight && foreseen_ahead_ < n) {
     const ClusterId receiver = reached_[(sweep_.gathered + foreseen_ahead_) % n];
     requests.push_back(record_id(RecordKind::kCluster, receiver.value));
-    for (const ClusterId s : prepared_->model.visible[receiver.value])
-      if (s != receiver) requests.push_back(record_id(RecordKind::kCluster, s.value));
+    const std::span<const ClusterId> sources = prepared_->model.visible[receiver.value];
+    const bool linked = uses_kept_links(receiver);
+    for (std::size_t i = 0; i < sources.size(); ++i)
+      if (sources[i] != receiver && (!linked || links_->carries_light(receiver, i)))
+        requests.push_back(record_id(RecordKind::kCluster, sources[i].value));
     ++foreseen_ahead_;
   }
   directory_.store().foresee(requests);

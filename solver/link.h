@@ -78,6 +78,8 @@ struct Braid {
 
   const Strand* strand_of(std::uint32_t patch) const;  // null: it has none
   std::size_t count() const { return links.size() + thin.size(); }
+  // Has the receiver anything to gather across it, or does it hold verdicts alone?
+  bool carries_light() const { return count() + doubts.size() > 0; }
   std::size_t bytes() const {
     return sizeof(Braid) + strands.size() * sizeof(Strand) + links.size() * sizeof(LinkHead) +
            couplings.size() * sizeof(float) + thin.size() * sizeof(ThinLink) +

@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "pagestore/disk.h"
+#include "pagestore/machine_file.h"
 #include "pagestore/read_queue.h"
 #include "test/pagestore/store_fixture.h"
 
@@ -57,7 +58,7 @@ TEST_F(MachineDiskTest, ASecondWriterIsRefusedWithTheFirstOnesProcessId) {
   for (const int fd : {ready[0], ready[1], done[0], done[1]}) ::close(fd);
 }
 
-TEST_F(MachineDiskTest, ReadingManyTimesTheArenaLeavesNoMappedPagesBehind) {
+TEST_F(MachineDiskTest, ReadingManyTimesTheArenaLeavesFewMappedPagesBehind) {
   constexpr std::uint64_t kRecords = 256;
   constexpr std::size_t kBytes = 250'000;  // 64 MB in all
   auto store = make(512);                  // 2 MiB
@@ -70,7 +71,7 @@ TEST_F(MachineDiskTest, ReadingManyTimesTheArenaLeavesNoMappedPagesBehind) {
   store->foresee(schedule);
   for (const RecordId id : schedule) ASSERT_TRUE(store->read(id).ok());
   EXPECT_EQ(store->counters().reads, kRecords);
-  EXPECT_LT(resident_file_bytes(), before + (std::size_t{1} << 20));
+  EXPECT_LT(resident_file_bytes(), before + kMostMapped + (std::size_t{1} << 20));
 }
 
 TEST_F(MachineDiskTest, ADirectoryThatCannotBeMadeIsAnErrorWithItsPath) {

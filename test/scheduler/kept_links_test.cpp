@@ -68,6 +68,25 @@ TEST_F(KeptLinksOnDisk, WhatDoesNotFitComesBackFromDiskBitForBit) {
   }
 }
 
+// Of a source that a braid holds verdicts of alone there is nothing to gather: its record need not be
+// read. A doubt is light, and what an earlier process made is not known without looking.
+TEST_F(KeptLinksOnDisk, BraidsOfVerdictsAloneCarryNoLight) {
+  std::vector<Braid> braids(4);
+  braids[1] = braids_to(0, 1).front();
+  braids[2].verdicts.resize(1);
+  braids[3].doubts.resize(1);
+  KeptLinks links(*store_, kReceivers);
+  for (const std::uint64_t budget : {~std::uint64_t{0}, std::uint64_t{0}}) {  // in memory, on disk
+    ASSERT_TRUE(links.fit(budget, order_).ok());
+    ASSERT_TRUE(links.keep(ClusterId(0u), braids).ok());
+    for (const std::size_t i : {0u, 2u}) EXPECT_FALSE(links.carries_light(ClusterId(0u), i));
+    for (const std::size_t i : {1u, 3u}) EXPECT_TRUE(links.carries_light(ClusterId(0u), i));
+  }
+  const KeptLinks taken_up(*store_, kReceivers);
+  for (std::size_t i = 0; i < braids.size(); ++i)
+    EXPECT_TRUE(taken_up.carries_light(ClusterId(0u), i));
+}
+
 // Braids without a link are nothing but their heads, and those of what is on disk are gone too.
 TEST_F(KeptLinksOnDisk, WhatWentToDiskHoldsNoMemory) {
   constexpr std::size_t kBraids = 10000, kHeads = kBraids * sizeof(Braid);

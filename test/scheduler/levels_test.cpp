@@ -235,14 +235,14 @@ TEST_F(Levels, OnlyTheLastLevelsAnswerIsTakenWithinDoubt) {
 // taken.
 TEST_F(Levels, AnAnswerThatIsTakenSettlesFirst) {
   be_at(kLast);
-  cursor_.rest = kAbove * kTakenRest;
+  cursor_.rest = kAbove * kTakenRestOfError * options_.error;
   const Next next = estimate(kBelow * options_.error);
   EXPECT_EQ(next.stop, Stop::kNone);
   EXPECT_FALSE(next.level_begins);
   EXPECT_EQ(cursor_.phase, Phase::kLinks);
-  sweep(kAbove * kTakenRest);
+  sweep(kAbove * kTakenRestOfError * options_.error);
   EXPECT_EQ(cursor_.phase, Phase::kLinks);
-  sweep(kBelow * kTakenRest);
+  sweep(kBelow * kTakenRestOfError * options_.error);
   EXPECT_EQ(cursor_.phase, Phase::kJudge);
   EXPECT_EQ(estimate(kBelow * options_.error).stop, Stop::kConverged);
   EXPECT_EQ(static_cast<Stop>(cursor_.done), Stop::kConverged);
@@ -278,7 +278,7 @@ TEST_F(Levels, WhatIsLeftToTheLastThresholdIsGoneUnlessItIsHardlyAStep) {
 // is to settle as little.
 TEST_F(Levels, AnAnswerThatSettlesToAWorseOneIsNotTaken) {
   be_at(1);
-  cursor_.rest = kAbove * kTakenRest;
+  cursor_.rest = kAbove * kTakenRestOfError * options_.error;
   ASSERT_FALSE(estimate(kBelow / kBeyondDoubt * options_.error).level_begins);
   ASSERT_TRUE(estimate(1.5 * options_.error).level_begins);
   EXPECT_EQ(cursor_.level, 2u);
@@ -289,7 +289,7 @@ TEST_F(Levels, AnAnswerThatSettlesToAWorseOneIsNotTaken) {
 // No sweep follows on a local pass: what it mended is judged, and taken, as it is.
 TEST_F(Levels, AnAnswerThatWasMendedIsTakenAtOnce) {
   be_at(kLast);
-  cursor_.rest = kAbove * kTakenRest;
+  cursor_.rest = kAbove * kTakenRestOfError * options_.error;
   cursor_.mended = 1;
   EXPECT_EQ(estimate(kBelow * options_.error).stop, Stop::kConverged);
 }
@@ -311,7 +311,7 @@ TEST_F(Levels, SettlingHasAnEnd) {
 TEST_F(Levels, DiscardedLinksAreNotWaitedFor) {
   options_.links = "discard";
   be_at(kLast);
-  cursor_.rest = kAbove * kTakenRest;
+  cursor_.rest = kAbove * kTakenRestOfError * options_.error;
   EXPECT_EQ(estimate(kBelow * options_.error).stop, Stop::kConverged);
 }
 
