@@ -49,9 +49,10 @@ double fill_row_of_group(const Vec3& x, const Vec3& n, const Site& source,
   return sum;
 }
 
-// One receiver point against all source nodes; returns the row's sum.
+// One receiver point against all source nodes; returns the row's sum. behind: becomes true where
+// none of them is in front, as Kernel has it.
 double fill_row(const Vec3& x, const Vec3& n, const Site& source,
-                std::array<double, kMaxNodes>& row) {
+                std::array<double, kMaxNodes>& row, bool& behind) {
   if (source.group()) return fill_row_of_group(x, n, source, row);
   double sum = 0;
   for (int l = 0; l < source.nodes; ++l) {
@@ -62,6 +63,7 @@ double fill_row(const Vec3& x, const Vec3& n, const Site& source,
   const double near = kNear * source.radius;
   if (dot(d, d) > near * near) return sum;
   const double exact = point_to_polygon_in_sum(x, n, source.polygon());
+  behind |= exact > 0 && !(sum > 0);
   for (int l = 0; l < source.nodes; ++l)
     row[l] = sum > 0 ? row[l] * (exact / sum) : exact * source.weight[l];
   return exact;
@@ -191,7 +193,8 @@ bool close_by(const Site& r, const Site& s) {
 
 double factor_at(const Vec3& x, const Site& r, const Site& s) {
   std::array<double, kMaxNodes> unused;
-  return fill_row(x, r.normal, s, unused);
+  bool any = false;
+  return fill_row(x, r.normal, s, unused, any);
 }
 
 // A source above the inside lights a spot of its own size and more, one beside it a strip of the
@@ -225,13 +228,12 @@ Kernel make_kernel(const Site& receiver, const Site& source) {
   k.rows = receiver.nodes;
   k.columns = source.nodes;
   for (int i = 0; i < receiver.nodes; ++i) {
-    k.row[i] = fill_row(receiver.x[i], receiver.n[i], source, k.g[i]);
+    k.row[i] = fill_row(receiver.x[i], receiver.n[i], source, k.g[i], k.behind);
     k.mean += receiver.weight[i] * k.row[i];
   }
   k.center = k.mean;
   if (receiver.group()) return k;
-  std::array<double, kMaxNodes> unused;
-  k.center = fill_row(receiver.center, receiver.normal, source, unused);
+  k.center = factor_at(receiver.center, receiver, source);
   if (source.group() || !close_by(receiver, source)) return k;
   k.probes = {probe_next_to(receiver, source), probe_far_corner(receiver, source)};
   k.probe_count = 2;

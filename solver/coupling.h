@@ -80,6 +80,9 @@ struct Kernel {
   int probe_count = 0;
   double mean = 0;  // form factor receiver → source
   int rows = 0, columns = 0;
+  // To some receiver node all of the source's are behind its plane, though part of it is in front:
+  // g gives its light to nodes that cannot be looked at.
+  bool behind = false;
 };
 Kernel make_kernel(const Site& receiver, const Site& source);
 

@@ -459,6 +459,7 @@ void Refiner::descend(std::int32_t receiver, const Site& site, const Source& sou
     if (!parent) verdict_.emplace(source.patch_index);
     return;
   }
+  if (open.behind && !source.in_front) return descend_in_front(receiver, site, source, parent);
 
   // What a row misses of a source close by is taken for the room's mean, in the dark under a box as
   // anywhere: so much is at stake though the source be dark. And it stands before what else the
@@ -574,6 +575,26 @@ Verdict Refiner::verdict(const Source& source, const Sight& sight, const Kernel&
   const double missed = std::max(std::hypot(sight.misfit, sight.shadow), looked_at) * weighs;
   return {source.patch_index, static_cast<float>(missed), static_cast<float>(spread * weighs),
           static_cast<float>(dark * missed)};
+}
+
+// Only a rim of the source is in front of the receiver's plane, and no node of it: rays to those
+// behind would go round whatever stands before the rim. The walls of a room were seen from the
+// inside of a closed box.
+void Refiner::descend_in_front(std::int32_t receiver, const Site& site, const Source& source,
+                               const Tube* parent) {
+  const Frame& frame = source.patch->head->frame;
+  Outline outline;
+  for (const Vec3& p : source.site->polygon()) outline.push_back(frame.to_plane(p));
+  const Line horizon{{dot(site.normal, frame.u), dot(site.normal, frame.v)},
+                     dot(site.normal, site.center - frame.origin)};
+  const Outline rim = cut(outline, horizon, 0)[0];
+  if (rim.size() < 3 || rim.size() > kMaxOutline) return;
+  const Site rim_site = make_site(*source.patch, source.element, rim);
+  Source front = source;
+  front.in_front = true;
+  front.part = source.patch->elements[source.element].leaf();
+  front.site = &rim_site;
+  descend(receiver, site, front, parent);
 }
 
 void Refiner::descend_receiver(std::int32_t receiver, const Source& source, const Tube& tube) {

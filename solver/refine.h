@@ -102,12 +102,14 @@ class Refiner {
   const RefineCounters& counters() const { return counters_; }
 
  private:
-  // One end of a pair on its way down. A source may be a part of a leaf.
+  // One end of a pair on its way down. A source may be a part of a leaf, or of any element what is
+  // in front of the receiver's plane.
   struct Source {
     const PatchView* patch = nullptr;
     std::uint32_t patch_index = 0;
     std::int32_t element = 0;
     bool part = false;
+    bool in_front = false;  // the site is what of it is in front of the receiver's plane
     const Site* site = nullptr;
     Sending sends;
     const FaceGroup* group = nullptr;  // in place of patch and site
@@ -136,6 +138,8 @@ class Refiner {
   Source make_source(const PatchView& patch, std::uint32_t index, std::int32_t element,
                      const Site& site) const;
   void descend(std::int32_t receiver, const Site& site, const Source& source, const Tube* parent);
+  void descend_in_front(std::int32_t receiver, const Site& site, const Source& source,
+                        const Tube* parent);
   void descend_receiver(std::int32_t receiver, const Source& source, const Tube& tube);
   bool descend_source(std::int32_t receiver, const Site& site, const Source& source,
                       const Tube& tube);

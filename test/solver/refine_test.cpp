@@ -158,6 +158,25 @@ TEST(Refine, NothingPassesAWall) {
   EXPECT_EQ(o.mean(), 0);
 }
 
+// A box's lid, seen from inside, and a wall of the room that it stands in, of which a low strip
+// alone is below the lid and no node is: what the lid sees is the box. Without the box it sees the
+// strip.
+TEST(Refine, FromInsideABoxNoWallOfTheRoomIsSeen) {
+  constexpr double kLid = 0.4, kAway = 1.1, kHeight = 2.7;
+  const Polygon lid = parallelogram({0, 0, kLid}, {0, 0.7, 0}, {0.7, 0, 0});  // it faces down
+  const Polygon wall = parallelogram({0.7 + kAway, -1.5, 0}, {0, 0, kHeight}, {0, 3.7, 0});
+  const Polygon strip = parallelogram({0.7 + kAway, -1.5, 0}, {0, 0, kLid}, {0, 3.7, 0});
+  const std::vector<Polygon> sides{parallelogram({0, 0, 0}, {0.7, 0, 0}, {0, 0, kLid}),
+                                   parallelogram({0.7, 0, 0}, {0, 0.7, 0}, {0, 0, kLid}),
+                                   parallelogram({0, 0.7, 0}, {0.7, 0, 0}, {0, 0, kLid}),
+                                   parallelogram({0, 0, 0}, {0, 0.7, 0}, {0, 0, kLid})};
+  for (const double threshold : {0.02, 0.002}) {
+    EXPECT_EQ(carry_out({lid, wall, sides, 2}, settings_of(threshold)).mean(), 0) << threshold;
+    EXPECT_NEAR(carry_out({lid, wall, {}, 2}, settings_of(threshold)).mean(),
+                form_factor(lid, strip), threshold);
+  }
+}
+
 TEST(Refine, WhatStandsBesideDoesNotBlock) {
   const Polygon beside = parallelogram({1.2, -5, 0.5}, {11, 0, 0}, {0, 11, 0});
   const Transfer with{floor_square(), ceiling_square(1), {beside}, 2};
