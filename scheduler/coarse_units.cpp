@@ -42,7 +42,9 @@ std::vector<double> areas_apart(const Model& model) {
   for (const Cluster& c : model.clusters) {
     const double least = kLargeShare * lit_area(model, c);
     for (std::uint32_t p = c.first_patch; p < c.first_patch + c.patch_count; ++p)
-      if (const double own = lit_area(model, p); own > 0 && own >= least) areas[p] = own;
+      if (const double own = lit_area(model, p);
+          own > 0 && (own >= least || model.patches[p].footprint))
+        areas[p] = own;
   }
   return areas;
 }

@@ -1,5 +1,6 @@
 // Coarse units: the unknowns of the coarse system (equilibrium.h), of which each is one number a
-// channel. A unit is a patch that makes up much of its cluster, or the rest of a cluster. Inert
+// channel. A unit is a patch that makes up much of its cluster, a footprint, which is dark where all
+// else of its surface is lit (visibility/footprint.h), or the rest of a cluster. Inert
 // patches are part of none: they have no light, and would dilute the others'.
 //
 // Where it pays, large patches are divided into 2^d parts, their places d halvings deep

@@ -54,14 +54,9 @@ struct PlaneTally {
 };
 
 double grain_of(const Scene& scene) {
-  std::vector<double> areas;
-  for (const Surface& s : scene.surfaces) areas.push_back(area(scene.polygon(s)));
-  std::sort(areas.begin(), areas.end());
-  const double half = 0.5 * std::accumulate(areas.begin(), areas.end(), 0.0);
-  double sum = 0, median = 0;
-  for (std::size_t i = 0; i < areas.size() && sum < half; ++i) sum += median = areas[i];
   const double diagonal = scene.bounds.diagonal();
-  return std::min(kGrainOfDiagonal * diagonal * diagonal, kGrainOfMedian * median);
+  return std::min(kGrainOfDiagonal * diagonal * diagonal,
+                  kGrainOfMedian * median_of_area(scene));
 }
 
 class Builder {
@@ -307,6 +302,16 @@ Polygon section(const std::vector<CellFace>& faces, const Vec3& middle, const Ve
     if (cut.empty()) break;
   }
   return cut;
+}
+
+double median_of_area(const Scene& scene) {
+  std::vector<double> areas;
+  for (const Surface& s : scene.surfaces) areas.push_back(area(scene.polygon(s)));
+  std::sort(areas.begin(), areas.end());
+  const double half = 0.5 * std::accumulate(areas.begin(), areas.end(), 0.0);
+  double sum = 0, median = 0;
+  for (std::size_t i = 0; i < areas.size() && sum < half; ++i) sum += median = areas[i];
+  return median;
 }
 
 Bsp build_bsp(const Scene& scene, double gap) {

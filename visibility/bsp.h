@@ -61,6 +61,9 @@ struct Bsp {
   double tolerance = 0;
 };
 
+// m², of the surface below which half of all area is.
+double median_of_area(const Scene& scene);
+
 // Space that is no thicker than `gap` metres is split along whatever covers its section, small as
 // that is: surfaces that miss each other's plane leave such space between their planes, and it
 // would join the air over one solid to the inside of the next.

@@ -10,9 +10,7 @@ namespace atrium {
 
 namespace {
 
-struct Segment {
-  Vec3 a, b;
-};
+using Segment = Contact;
 
 // The part of `line` at least `inset` within every edge of the convex polygon.
 std::optional<Segment> clip_inside(PolygonView polygon, const Vec3& normal, const Segment& line,
@@ -32,34 +30,6 @@ std::optional<Segment> clip_inside(PolygonView polygon, const Vec3& normal, cons
   const Vec3 d = line.b - line.a;
   if (!((to - from) * length(d) > inset)) return {};
   return Segment{line.a + from * d, line.a + to * d};
-}
-
-// Where a polygon meets the plane with some of it in front: along an edge that lies in the plane,
-// or across its inside.
-std::optional<Segment> meet(PolygonView polygon, const Plane& plane, double tolerance) {
-  double least = 0, most = 0;
-  for (const Vec3& x : polygon) {
-    const double d = plane.distance(x);
-    least = std::min(least, d), most = std::max(most, d);
-  }
-  if (most <= tolerance) return {};
-  // Ends: vertices in the plane, and points where edges cross it. The two farthest apart count.
-  std::vector<Vec3> ends;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vec3 &x = polygon[i], &y = polygon[(i + 1) % polygon.size()];
-    const double dx = plane.distance(x), dy = plane.distance(y);
-    if (std::abs(dx) <= tolerance) ends.push_back(x - dx * plane.normal);
-    if ((dx > tolerance && dy < -tolerance) || (dx < -tolerance && dy > tolerance))
-      ends.push_back(x + (y - x) * (dx / (dx - dy)));
-  }
-  std::optional<Segment> longest;
-  double length_of_it = tolerance;
-  for (std::size_t i = 0; i < ends.size(); ++i)
-    for (std::size_t j = 0; j < i; ++j) {
-      const double l = length(ends[i] - ends[j]);
-      if (l > length_of_it) longest = Segment{ends[j], ends[i]}, length_of_it = l;
-    }
-  return longest;
 }
 
 // A surface hovers over a plane where all of it is in front, nearer than this share of its size: a
@@ -120,6 +90,32 @@ std::vector<Contact> merge(std::vector<Segment> segments, double tolerance) {
 }
 
 }  // namespace
+
+std::optional<Contact> meet(PolygonView polygon, const Plane& plane, double tolerance) {
+  double least = 0, most = 0;
+  for (const Vec3& x : polygon) {
+    const double d = plane.distance(x);
+    least = std::min(least, d), most = std::max(most, d);
+  }
+  if (most <= tolerance) return {};
+  // Ends: vertices in the plane, and points where edges cross it. The two farthest apart count.
+  std::vector<Vec3> ends;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3 &x = polygon[i], &y = polygon[(i + 1) % polygon.size()];
+    const double dx = plane.distance(x), dy = plane.distance(y);
+    if (std::abs(dx) <= tolerance) ends.push_back(x - dx * plane.normal);
+    if ((dx > tolerance && dy < -tolerance) || (dx < -tolerance && dy > tolerance))
+      ends.push_back(x + (y - x) * (dx / (dx - dy)));
+  }
+  std::optional<Contact> longest;
+  double length_of_it = tolerance;
+  for (std::size_t i = 0; i < ends.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const double l = length(ends[i] - ends[j]);
+      if (l > length_of_it) longest = Contact{ends[j], ends[i]}, length_of_it = l;
+    }
+  return longest;
+}
 
 BoxTree surface_tree(const Scene& scene) {
   std::vector<Box> boxes;

@@ -4,6 +4,7 @@
 // Pure functions; safe from any thread.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "engine/geometry.h"
@@ -13,8 +14,12 @@
 
 namespace atrium {
 
-// The boxes of all surfaces of the scene, for find_contacts and covered_on_side.
+// The boxes of all surfaces of the scene, for find_contacts and cut_at_footprints.
 BoxTree surface_tree(const Scene& scene);
+
+// Where a polygon meets the plane with some of it in front: along an edge that lies in the plane,
+// or across its inside.
+std::optional<Contact> meet(PolygonView polygon, const Plane& plane, double tolerance);
 
 // The contacts of a polygon seen counter-clockwise from its lit side: clipped to its inside, those
 // along its own edges left out, overlapping ones merged.

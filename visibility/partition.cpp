@@ -8,6 +8,7 @@
 
 #include "visibility/bsp.h"
 #include "visibility/contact.h"
+#include "visibility/footprint.h"
 #include "visibility/gap.h"
 #include "visibility/global_oracle.h"
 #include "visibility/patch_cut.h"
@@ -138,19 +139,14 @@ void add_patch(LoosePatch loose, double tolerance, std::vector<LoosePatch>& patc
   const Plane cut{normal, dot(normal, a)};
   for (const Plane& half : {cut, cut.flipped()}) {
     LoosePatch part = loose;
-    part.piece.polygon = clip(polygon, half, tolerance);
-    part.piece.pieces.clear();
-    for (const CellPiece& piece : loose.piece.pieces) {
-      CellPiece kept{piece.cell, clip(piece.polygon, half, tolerance)};
-      if (!kept.polygon.empty()) part.piece.pieces.push_back(std::move(kept));
-    }
+    part.piece = clip(loose.piece, half, tolerance);
     if (!part.piece.pieces.empty()) add_patch(std::move(part), tolerance, patches);
   }
 }
 
 // What both sides of the surfaces show to lit space.
 std::vector<LoosePatch> find_patches(const Scene& scene, const Space& space, const BoxTree& tree,
-                                     std::span<const std::uint32_t> surfaces,
+                                     double median, std::span<const std::uint32_t> surfaces,
                                      std::uint64_t& dark_surfaces) {
   std::vector<LoosePatch> patches;
   for (std::uint32_t i : surfaces) {
@@ -169,8 +165,13 @@ std::vector<LoosePatch> find_patches(const Scene& scene, const Space& space, con
         loose.patch.back = side == kBack;
         loose.patch.inert = inert;
         loose.room = main_room(piece, space.rooms);
-        loose.piece = std::move(piece);
-        add_patch(std::move(loose), scene.tolerance, patches);
+        std::vector<PatchPiece> parts{std::move(piece)};
+        if (!inert) parts = cut_at_footprints(scene, tree, median, i, std::move(parts.front()));
+        for (PatchPiece& part : parts) {
+          loose.patch.footprint = part.footprint;
+          loose.piece = std::move(part);
+          add_patch(loose, scene.tolerance, patches);
+        }
       }
     }
     if (patches.size() == before && !faces_light) ++dark_surfaces;
@@ -255,10 +256,11 @@ std::vector<ClusterInCell> lay_out_patches(const Scene& scene, const Space& spac
   std::vector<std::vector<std::uint32_t>> surfaces_of(scene.objects.size());
   for (std::uint32_t i = 0; i < scene.surfaces.size(); ++i)
     surfaces_of[scene.surfaces[i].object.value].push_back(i);
+  const double median = median_of_area(scene);
   std::vector<ClusterInCell> places;
   for (std::uint32_t object = 0; object < surfaces_of.size(); ++object) {
     std::vector<LoosePatch> patches =
-        find_patches(scene, space, tree, surfaces_of[object], model.dark_surfaces);
+        find_patches(scene, space, tree, median, surfaces_of[object], model.dark_surfaces);
     split_crowds(patches, most_of_cluster);
     std::stable_sort(patches.begin(), patches.end(), [](const LoosePatch& a, const LoosePatch& b) {
       return std::tie(a.room, a.part) < std::tie(b.room, b.part);

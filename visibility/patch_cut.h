@@ -20,6 +20,7 @@ namespace atrium {
 struct PatchPiece {
   Polygon polygon;                // counter-clockwise seen from its lit side
   std::vector<CellPiece> pieces;  // what of it each lit cell has
+  bool footprint = false;         // see footprint.h
 };
 
 // `polygon` is counter-clockwise seen from the side that is asked for.

@@ -170,7 +170,8 @@ TEST_F(WarmStartOfRooms, MovedBoxIsGatheredToAndAllThatMaySeeIt) {
   WarmFigures figures;
   const std::uint64_t count = reached(edited, &figures);
   EXPECT_GE(count, 10u);
-  EXPECT_LE(count, before_->groups.size() * 2 / 3);
+  // The floor is cut along other lines, so that all that see it make links with it anew.
+  EXPECT_LE(count, before_->groups.size() * 4 / 5);
   EXPECT_GE(figures.clusters_changed, 2u);  // it, and the floor that it stands on
   EXPECT_LE(figures.clusters_changed, 3u);
 }

@@ -88,6 +88,34 @@ TEST(Partition, AFloorIsDarkUnderACrateThatPartsSpaceAndLosesNothingElse) {
   EXPECT_LE(patches_of(model, scene, "room"), 5u + 4u);
 }
 
+// A crate of four sides, open above so that it parts no space: what of the floor is inside is a patch
+// by itself, and the floor loses nothing.
+TEST(Partition, AFloorIsCutAlongTheOutlineOfWhatStandsOnIt) {
+  SceneBuilder s = room_with_lamp();
+  const Vec3 a{2, 1, 0}, u{0.6, 0.3, 0}, v{-0.3, 0.6, 0}, up{0, 0, 0.5};
+  s.quad("crate", a, u, up, kBothSides).quad("crate", a + u, v, up, kBothSides);
+  s.quad("crate", a + u + v, -u, up, kBothSides).quad("crate", a + v, -v, up, kBothSides);
+  const Scene scene = s.build();
+  const Model model = made(scene);
+  double inside = 0;
+  for (const Patch& p : model.patches)
+    if (p.footprint) {
+      inside += area(model.polygon(p));
+      EXPECT_NEAR(length(centroid(model.polygon(p)) - (a + 0.5 * (u + v))), 0, 1e-9);
+    }
+  EXPECT_NEAR(inside, length(u) * length(v), 1e-9);
+  EXPECT_NEAR(lit_area(model, scene, "room"), 2 * (5 * 4 + 4 * 3 + 3 * 5), 1e-9);
+  EXPECT_EQ(patches_of(model, scene, "room"), 5u + 4u + 1u);
+}
+
+// What is far too small for it, the feet of a table, cuts no floor.
+TEST(Partition, SmallFeetCutNoFloor) {
+  SceneBuilder s = room_with_lamp();
+  for (const Vec3& foot : {Vec3{1, 1, 0}, Vec3{2, 1, 0}, Vec3{1, 2, 0}, Vec3{2, 2, 0}})
+    s.box("table", foot, foot + Vec3{0.05, 0.05, 0.7});
+  EXPECT_EQ(patches_of(made(s.build()), s.build(), "room"), 6u);
+}
+
 TEST(Partition, ASlabUnderAWallIsCutThereAndNowhereElse) {
   const Scene scene = two_rooms_with_doorway().build();
   const Model model = made(scene);
