@@ -244,7 +244,9 @@ Status ClusterStore::bring_in(StoredRecord& record) {
     const auto slot = find_slot(record.id, record.granules());
     if (!slot.ok()) return slot.status();
     const auto image = arena_->image(*slot, record.granules());
-    const Status status = read_image(image, record.id, record.on_disk, uuid_);
+    const bool told = foreseen() > 0 && foresight_.next_of(record.number) == foresight_.now();
+    const Status status = told ? stream_image(image, record)
+                               : read_image(image, record.id, record.on_disk, uuid_);
     if (!status.ok()) {
       arena_->free(*slot, record.granules());
       return status;

@@ -291,6 +291,7 @@ class ClusterStore {
                                    std::uint32_t version, Run& claim);
   Status read_image(std::span<std::byte> image, RecordId id, const StoredExtent& extent,
                     const StoreUuid& uuid);
+  Status stream_image(std::span<std::byte> image, const StoredRecord& record);  // known ahead
   Status check_image(std::span<const std::byte> image, RecordId id, const StoredExtent& extent,
                      const StoreUuid& uuid);
   void leave_extent(const StoredExtent& extent);

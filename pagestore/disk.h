@@ -4,7 +4,7 @@
 // The machine's disk has two ways to its files (Io). Mapped: reading goes through read-only
 // mappings and is copied out; writing never does: a writable mapping reaches the disk whenever the
 // kernel likes, and errors arrive as signals. A mapped page that cannot be read is reported as a
-// Status too, not as SIGBUS. What is known to be read once, ahead of its request or as a stream,
+// Status too, not as SIGBUS. What is known to be read, ahead of its request or as a stream,
 // comes out of the page cache by pread: there a page need not be mapped for a single copy. Direct:
 // past the page cache, in whole granules, several reads at a time.
 //

@@ -97,7 +97,9 @@ std::vector<ClusterId> room_by_room(const Model& model) {
 // Calls `visit` with each patch that receives, room by room.
 Status each_patch(const Model& model, ClusterStore& store,
                   const std::function<void(ClusterId, const PatchView&)>& visit) {
-  for (const ClusterId c : room_by_room(model))
+  const std::vector<ClusterId> order = room_by_room(model);
+  foresee(store, order);
+  for (const ClusterId c : order)
     ATRIUM_RETURN_IF_ERROR(
         each_receiver(store, c, [&](const PatchView& patch) { visit(c, patch); }));
   return {};

@@ -11,6 +11,7 @@
 
 #include "scheduler/leaves.h"
 #include "scheduler/solution.h"
+#include "scheduler/stored_patches.h"
 #include "solver/sample_sequence.h"
 
 namespace atrium {
@@ -343,6 +344,10 @@ Status FreshGather::read_off(Batch& batch) {
   }
   sort_by_patch(lit, batch.spare);  // those of a cluster are contiguous
   const auto cluster_of = [&](std::size_t k) { return model_.patches[lit[k].patch].cluster; };
+  std::vector<ClusterId> clusters;
+  for (std::size_t k = 0; k < lit.size(); ++k)
+    if (clusters.empty() || clusters.back() != cluster_of(k)) clusters.push_back(cluster_of(k));
+  foresee(store_, clusters);
   for (std::size_t first = 0, last = 0; first < lit.size(); first = last) {
     const ClusterId cluster = cluster_of(first);
     while (last < lit.size() && cluster_of(last) == cluster) ++last;

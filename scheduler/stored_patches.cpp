@@ -1,5 +1,7 @@
 #include "scheduler/stored_patches.h"
 
+#include <vector>
+
 namespace atrium {
 
 Status each_receiver(ClusterStore& store, ClusterId cluster,
@@ -11,6 +13,12 @@ Status each_receiver(ClusterStore& store, ClusterId cluster,
   for (std::size_t p = 0; p < view->size(); ++p)
     if (!view->patch_head(p).inert) visit(view->patch(p));
   return {};
+}
+
+void foresee(ClusterStore& store, std::span<const ClusterId> clusters) {
+  std::vector<RecordId> records;
+  for (const ClusterId c : clusters) records.push_back(record_id(RecordKind::kCluster, c.value));
+  store.foresee(records);
 }
 
 // The basis' first function is 1, the others' means are 0.

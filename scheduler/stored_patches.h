@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 
 #include "engine/cluster_record.h"
 #include "engine/model.h"
@@ -14,6 +15,9 @@ namespace atrium {
 // Calls `visit` with each patch of the cluster that receives, its record pinned meanwhile.
 Status each_receiver(ClusterStore& store, ClusterId cluster,
                      const std::function<void(const PatchView&)>& visit);
+
+// These clusters are read next, one after the other.
+void foresee(ClusterStore& store, std::span<const ClusterId> clusters);
 
 // Over an element, lx.
 Spectrum mean_irradiance(const PatchView& patch, std::size_t element);
