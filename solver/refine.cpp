@@ -15,14 +15,6 @@ namespace atrium {
 
 namespace {
 
-// Blockers up to which what is seen past them is measured instead of sampled.
-constexpr std::size_t kFewBlockers = 8;
-// Transfers that sixteen rays may leave in error by more than so many thresholds are measured.
-constexpr double kHeavy = 4;
-// Root mean square error that the nodes leave of what is measured from them, relative to how it
-// varies from node to node: twice what it was found to be in the Cornell box and in rooms.
-constexpr double kSmooth = 0.1;
-
 // A source's leaf is cut in parts no smaller than this share of it.
 constexpr double kSmallestPart = 1.0 / 64;
 
@@ -32,117 +24,6 @@ constexpr double kThinDoubt = 2.0 / 9;
 // thousand such sources leave a hundredth of the row open.
 constexpr double kLeastDoubt = 1e-4;
 
-// All of the polygon behind the plane through x with normal n, or on it?
-bool behind(std::span<const Vec3> polygon, const Vec3& x, const Vec3& n, double tolerance) {
-  for (const Vec3& v : polygon)
-    if (dot(n, v - x) > tolerance) return false;
-  return true;
-}
-
-}  // namespace
-
-bool facing(const Site& a, const Site& b, double tolerance) {
-  if (dot(a.normal, b.center - a.center) < -b.radius) return false;
-  if (dot(b.normal, a.center - b.center) < -a.radius) return false;
-  return !behind(b.polygon(), a.center, a.normal, tolerance) &&
-         !behind(a.polygon(), b.center, b.normal, tolerance);
-}
-
-namespace {
-
-// How far any of the polygon rises over the plane through x with normal n.
-double height_over(std::span<const Vec3> polygon, const Vec3& x, const Vec3& n) {
-  double most = 0;
-  for (const Vec3& v : polygon) most = std::max(most, dot(n, v - x));
-  return most;
-}
-
-// Sites that touch are taken to be so far apart, in radii of the source: nothing divides by zero.
-constexpr double kNoGap = 1e-6;
-// From afar the spheres about two sites tell how far they are apart.
-constexpr double kAfar = 4;  // radii
-
-// Not more than the distance between two sites: that of the spheres about them, or, where they are
-// close, exact if one of them is small beside the other.
-double gap_between(const Site& a, const Site& b) {
-  const double distance = length(b.center - a.center), radii = a.radius + b.radius;
-  const double spheres = distance - radii;
-  if (spheres > kAfar * radii) return spheres;
-  const double from_a = length(nearest_point(b, a.center) - a.center) - a.radius;
-  const double from_b = length(nearest_point(a, b.center) - b.center) - b.radius;
-  return std::max({0.0, spheres, from_a, from_b});
-}
-
-}  // namespace
-
-double form_factor_bound(const Site& r, const Site& s) {
-  const double gap = std::max(gap_between(r, s), kNoGap * s.radius);
-  const double cos_r = std::min(1.0, height_over(s.polygon(), r.center, r.normal) / gap);
-  const double cos_s = std::min(1.0, height_over(r.polygon(), s.center, s.normal) / gap);
-  const double peak = std::min(1.0, cos_r * cos_s * s.area / (std::numbers::pi * squared(gap)));
-  // Where that is reached by a part of the receiver, the whole gets no more than the source sends.
-  return std::sqrt(peak * std::min(peak, s.area / r.area));
-}
-
-double mean_square_over_source(const Site& r, const Site& s, const Kernel& kernel) {
-  double sum = 0;
-  for (int l = 0; l < kernel.columns; ++l) {
-    double at = 0;
-    for (int k = 0; k < kernel.rows; ++k) at += r.weight[k] * kernel.g[k][l];
-    sum += squared(at) / s.weight[l];
-  }
-  return sum;
-}
-
-double sensitivity_spread(const Site& r, const Site& s, const Kernel& kernel) {
-  const double mean_square = mean_square_over_source(r, s, kernel);
-  const Vec3 gap = r.center - nearest_point(s, r.center);
-  const double part = std::min(1.0, (r.area + std::numbers::pi * dot(gap, gap)) / s.area);
-  return std::sqrt(
-      std::max({0.0, mean_square - squared(kernel.mean), (1 - part) * squared(kernel.mean)}));
-}
-
-double darkest_row(const Kernel& kernel) {
-  return *std::min_element(kernel.row.begin(), kernel.row.begin() + kernel.rows);
-}
-
-double largest_factor(const Kernel& kernel) {
-  double most = kernel.mean;
-  for (const Probe& probe : std::span(kernel.probes).first(kernel.probe_count))
-    most = std::max(most, probe.factor);
-  return most;
-}
-
-double seen_share(const Site& r, const Kernel& open, const Kernel& seen) {
-  double part = 0, all = 0;
-  for (int k = 0; k < open.rows; ++k)
-    for (int l = 0; l < open.columns; ++l) {
-      all += r.weight[k] * open.g[k][l];
-      part += r.weight[k] * seen.g[k][l];
-    }
-  return all > 0 ? part / all : 0;
-}
-
-namespace {
-
-// Variance of the share seen from the receiver's nodes.
-double variance_over_rows(const Site& r, const Kernel& open, const Kernel& seen) {
-  const double v = seen.mean / open.mean;
-  double sum = 0;
-  for (int k = 0; k < open.rows; ++k)
-    if (open.row[k] > 0) sum += r.weight[k] * squared(seen.row[k] / open.row[k] - v);
-  return sum;
-}
-
-}  // namespace
-
-double variance_of(double form_factor, double v) {
-  const double expected = (kRayLanes * v + 1) / (kRayLanes + 2);
-  return squared(form_factor) * expected * (1 - expected) / kRayLanes;
-}
-
-namespace {
-
 std::uint32_t mix(std::uint32_t x) {  // a hash of the pair, never a running generator
   x ^= x >> 16;
   x *= 0x7feb352du;
@@ -150,47 +31,6 @@ std::uint32_t mix(std::uint32_t x) {  // a hash of the pair, never a running gen
   x *= 0x846ca68bu;
   return x ^ (x >> 16);
 }
-
-// Sixteen points spread over a site by a sequence of low discrepancy. [Roberts 2018, R2]
-void spread(const Site& site, double shift, std::span<Vec3, kRayLanes> out) {
-  constexpr double kPlastic1 = 0.7548776662466927, kPlastic2 = 0.5698402909980532;
-  const std::span<const Vec3> v = site.polygon();
-  double whole = 0;
-  for (std::size_t t = 2; t < v.size(); ++t) whole += length(cross(v[t - 1] - v[0], v[t] - v[0]));
-  for (int i = 0; i < kRayLanes; ++i) {
-    const double a = (i + shift) * kPlastic1, b = (i + shift) * kPlastic2;
-    double at = (a - std::floor(a)) * whole;  // along the fan of triangles round the first vertex
-    for (std::size_t t = 2; t < v.size(); ++t) {
-      const double part = length(cross(v[t - 1] - v[0], v[t] - v[0]));
-      if (at > part && t + 1 < v.size()) {
-        at -= part;
-        continue;
-      }
-      const double r = std::sqrt(std::min(1.0, at / part)), s = b - std::floor(b);
-      out[i] = v[0] + r * ((1 - s) * (v[t - 1] - v[0]) + s * (v[t] - v[0]));
-      break;
-    }
-  }
-}
-
-}  // namespace
-
-void RefineCounters::add(const RefineCounters& c) {
-  links += c.links;
-  thin_links += c.thin_links;
-  rays += c.rays;
-  packets += c.packets;
-  kernels += c.kernels;
-  splits += c.splits;
-  tubes_visible += c.tubes_visible;
-  tubes_invisible += c.tubes_invisible;
-  tubes_partial += c.tubes_partial;
-  thin_pairs += c.thin_pairs;
-  thin_rays += c.thin_rays;
-  links_without_rays += c.links_without_rays;
-}
-
-namespace {
 
 // Where nothing was gathered yet, `ambient` is assumed.
 Sending sent_by(const PatchView& patch, std::int32_t element, const Spectrum& pending,
@@ -375,74 +215,6 @@ double Refiner::weight(std::int32_t receiver, double arriving) const {
          std::max({settings_.mean_irradiance, here, arriving});
 }
 
-// 3(c) T = Tube(R, S, B(R, S)), here of a pair on its way down. [THFH94 §5.1]
-Variety Refiner::draw(Tube& tube, const Tube* parent, const Site& r, const Site& s) {
-  const PolygonPair ends{r.polygon(), r.normal, s.polygon(), s.normal};
-  const BlockerIndex& index = *around_.index;
-  tube = parent ? subdivide(*parent, ends, index, settings_.tolerance)
-                : make_tube(ends, index, settings_.tolerance);
-  const Variety v = variety(tube, ends, index, settings_.tolerance);
-  ++(v == Variety::VISIBLE     ? counters_.tubes_visible
-     : v == Variety::INVISIBLE ? counters_.tubes_invisible
-                               : counters_.tubes_partial);
-  return v;
-}
-
-// Of a transfer so heavy that what sixteen rays leave open may be too much the blockers are asked
-// for: past few it is measured. Other transfers, most of them, take sixteen rays: a tube past a
-// room's furniture costs as much as twenty such packets, and what it could add is far below their
-// threshold.
-Variety Refiner::look_through(Tube& tube, const Tube* parent, std::int32_t receiver,
-                              const Site& site, const Source& source, const Kernel& open,
-                              bool goes_down, Sight& sight) {
-  if (!(open.mean > 0) || (parent && inherits(*parent)))
-    return draw(tube, parent, site, *source.site);
-  const double transfer = source.sends.radiosity * open.mean;
-  const bool heavy = kMixed * transfer * weight(receiver, 0) > kHeavy * settings_.threshold;
-  if (goes_down) return glance(tube, parent, receiver, site, source, open, heavy, sight);
-  if (!heavy) {
-    tube = skip_tube(parent);
-    sight = see(receiver, site, source, open, seen_by_rays(site, *source.site, open));
-    return Variety::PARTIAL;
-  }
-  const Variety v = draw(tube, parent, site, *source.site);
-  if (v == Variety::PARTIAL && !measure(receiver, site, source, open, tube, sight))
-    sight = see(receiver, site, source, open, seen_by_rays(site, *source.site, open));
-  return v;
-}
-
-// What goes down for its shape in any case is asked with one packet whether any of it is seen, and
-// for its blockers only where none is; but the patches themselves are asked for theirs first, for
-// if there are none all below is known.
-Variety Refiner::glance(Tube& tube, const Tube* parent, std::int32_t receiver, const Site& site,
-                        const Source& source, const Kernel& open, bool heavy, Sight& sight) {
-  if (heavy && !parent) {
-    const Variety v = draw(tube, parent, site, *source.site);
-    if (v != Variety::PARTIAL) return v;
-  }
-  const Kernel seen = seen_by_rays(site, *source.site, open);
-  if (!heavy || (parent && seen.mean > 0)) {
-    tube = skip_tube(parent);
-  } else if (parent && draw(tube, parent, site, *source.site) == Variety::INVISIBLE) {
-    return Variety::INVISIBLE;
-  }
-  if (seen.mean > 0) {
-    const double v = seen_share(site, open, seen);
-    sight.seen = seen;
-    sight.shadow = kMixed * std::sqrt(v * (1 - v)) * open.mean;
-    sight.variance += variance_of(open.mean, v);
-  } else if (!heavy || !measure(receiver, site, source, open, tube, sight)) {
-    sight = see(receiver, site, source, open, seen);
-  }
-  return Variety::PARTIAL;
-}
-
-// A pair that is taken to be partly seen.
-Tube Refiner::skip_tube(const Tube* parent) {
-  ++counters_.tubes_partial;
-  return undrawn(parent);
-}
-
 void Refiner::descend(std::int32_t receiver, const Site& site, const Source& source,
                       const Tube* parent) {
   // Dark sources fill rows as well: what they cover is not to be taken for the room's mean.
@@ -525,49 +297,6 @@ double Refiner::alike(const Source& source) {
   return std::min(kMostAlike, std::sqrt(std::sqrt(elements)));
 }
 
-// What sixteen rays say of a pair that is not wholly seen; sixteen more where they agree and much
-// is at stake.
-Refiner::Sight Refiner::see(std::int32_t receiver, const Site& site, const Source& source,
-                            const Kernel& open, const Kernel& seen) {
-  const double transfer = source.sends.radiosity * open.mean;
-  double v = seen_share(site, open, seen);
-  const double arriving = source.sends.radiosity * darkest_row(seen);
-  if ((v == 0 || v == 1) &&
-      kUnsureFour * alike(source) * transfer * weight(receiver, arriving) > settings_.threshold)
-    v = 0.5 * (v + scattered_share(site, *source.site));
-  Sight sight;
-  sight.seen = seen;
-  sight.misfit = v > 0 ? misfit(receiver, site, seen) : 0;
-  sight.shadow = std::max(kUnsure * (open.mean + misfit(receiver, site, open)),
-                          kMixed * std::sqrt(v * (1 - v)) * open.mean);
-  sight.variance = squared(kUnsureShape * open.mean) + variance_of(open.mean, v);
-  return sight;
-}
-
-// What the receiver's nodes see of the source, exactly, where few stand between; false where that
-// is not to be had. What a node sees of a source's parts adds up to what it sees of the whole, so
-// that what links from them get wrong evens out along a shadow's edge. Where some went by what the
-// source's nodes see of the receiver, whichever end's share varied less, it did not: under a beam
-// below a lamp leaves were 2% too dark and too bright in turn, by links that each did as they may.
-// That view only says how well the nodes do.
-bool Refiner::measure(std::int32_t receiver, const Site& r, const Source& source,
-                      const Kernel& open, const Tube& tube, Sight& sight) const {
-  if (tube.crowded || tube.count > kFewBlockers) return false;
-  const Site& s = *source.site;
-  const BlockerList blockers{tube.list(), around_.index->blockers(), settings_.tolerance};
-  const std::optional<Kernel> seen = seen_by_receiver(r, s, open, blockers);
-  if (!seen) return false;
-  const std::optional<Kernel> by_source = seen_by_source(r, s, open, blockers);
-  if (!by_source) return false;
-  const double apart = seen->mean - by_source->mean;
-  const double rough = squared(open.mean) * variance_over_rows(r, open, *seen);
-  sight.seen = *seen;
-  sight.misfit = misfit(receiver, r, *seen);
-  sight.shadow = std::sqrt(squared(apart) + squared(kSmooth) * rough);
-  sight.variance = squared(kUnsureShape * open.mean) + squared(apart) + rough;
-  return true;
-}
-
 // Rays that agree are believed as long as little is at stake: where more is, more would be cast.
 Verdict Refiner::verdict(const Source& source, const Sight& sight, const Kernel& open, bool by_ray,
                          double spread, double dark, double weighs) {
@@ -577,17 +306,23 @@ Verdict Refiner::verdict(const Source& source, const Sight& sight, const Kernel&
           static_cast<float>(dark * missed)};
 }
 
+// Of its site, in its patch's frame.
+Outline Refiner::outline_of(const Source& source) {
+  Outline outline;
+  for (const Vec3& p : source.site->polygon())
+    outline.push_back(source.patch->head->frame.to_plane(p));
+  return outline;
+}
+
 // Only a rim of the source is in front of the receiver's plane, and no node of it: rays to those
 // behind would go round whatever stands before the rim. The walls of a room were seen from the
 // inside of a closed box.
 void Refiner::descend_in_front(std::int32_t receiver, const Site& site, const Source& source,
                                const Tube* parent) {
   const Frame& frame = source.patch->head->frame;
-  Outline outline;
-  for (const Vec3& p : source.site->polygon()) outline.push_back(frame.to_plane(p));
   const Line horizon{{dot(site.normal, frame.u), dot(site.normal, frame.v)},
                      dot(site.normal, site.center - frame.origin)};
-  const Outline rim = cut(outline, horizon, 0)[0];
+  const Outline rim = cut(outline_of(source), horizon, 0)[0];
   if (rim.size() < 3 || rim.size() > kMaxOutline) return;
   const Site rim_site = make_site(*source.patch, source.element, rim);
   Source front = source;
@@ -621,9 +356,7 @@ bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Sour
   // A leaf is cut in parts for better quadrature only: links still lead to the leaf.
   if (source.site->radius < settings_.min_edge || source.site->area < kSmallestPart * x.area)
     return false;
-  Outline outline;
-  for (const Vec3& p : source.site->polygon())
-    outline.push_back(source.patch->head->frame.to_plane(p));
+  const Outline outline = outline_of(source);
   const std::array<Outline, 2> parts = halve(outline, moments(outline).centroid);
   if (std::max(parts[0].size(), parts[1].size()) > kMaxOutline) return false;
   for (const Outline& part : parts) {
@@ -635,41 +368,6 @@ bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Sour
     if (facing(site, half_site, settings_.tolerance)) descend(receiver, site, half, &tube);
   }
   return true;
-}
-
-// The share of sixteen segments between points of their own that nothing blocks.
-double Refiner::scattered_share(const Site& receiver, const Site& source) {
-  constexpr double kShift = 0.5, kOtherShift = 8.25;  // so that ends are paired without a pattern
-  std::array<Vec3, kRayLanes> from, to;
-  spread(receiver, kShift, from);
-  spread(source, kOtherShift, to);
-  SegmentPacket packet;
-  for (int i = 0; i < kRayLanes; ++i) {
-    const Vec3 d = to[i] - from[i];
-    if (dot(receiver.normal, d) > 0 && dot(source.normal, d) < 0) packet.set(i, from[i], to[i]);
-  }
-  if (packet.valid == 0) return 0;
-  counters_.rays += std::popcount(packet.valid);
-  ++counters_.packets;
-  std::uint16_t blocked = 0;
-  around_.rays->occluded16(packet, blocked);
-  return double(std::popcount(std::uint16_t(packet.valid & ~blocked))) /
-         std::popcount(packet.valid);
-}
-
-// What a packet between their eyes leaves of the kernel.
-Kernel Refiner::seen_by_rays(const Site& receiver, const Site& source, const Kernel& open) {
-  const VisibleMask lanes = facing_lanes(receiver, source, open);
-  SegmentPacket packet;
-  for (int left = lanes; left != 0; left &= left - 1) {
-    const int i = std::countr_zero(unsigned(left));
-    packet.set(i, receiver.eye[i / kMaxEyes], source.eye[i % kMaxEyes]);
-  }
-  counters_.rays += std::popcount(lanes);
-  ++counters_.packets;
-  std::uint16_t blocked = 0;
-  around_.rays->occluded16(packet, blocked);
-  return masked(receiver, source, open, lanes, VisibleMask(lanes & ~blocked));
 }
 
 void Refiner::full_link(std::int32_t receiver, const Site& site, const Source& source,

@@ -5,7 +5,7 @@
 // receiver's area: what counts is what reaches the picture. [HSA91; facts: error × area^½]
 //
 // Where clusters have face groups, pairs start at those, on either side, and go down to patches
-// where a group will not do (refine_groups.cpp).
+// where a group will not do (refine_groups.cpp). What ends see of each other: refine_sight.cpp.
 //
 // One Refiner works for one receiving patch after the other; several work side by side on others.
 #pragma once
@@ -21,6 +21,7 @@
 #include "solver/face_groups.h"
 #include "solver/form_factor.h"
 #include "solver/link.h"
+#include "solver/outline.h"
 #include "solver/refine_counters.h"
 #include "visibility/occlusion.h"
 #include "visibility/tube.h"
@@ -138,6 +139,7 @@ class Refiner {
   Source make_source(const PatchView& patch, std::uint32_t index, std::int32_t element,
                      const Site& site) const;
   void descend(std::int32_t receiver, const Site& site, const Source& source, const Tube* parent);
+  static Outline outline_of(const Source& source);
   void descend_in_front(std::int32_t receiver, const Site& site, const Source& source,
                         const Tube* parent);
   void descend_receiver(std::int32_t receiver, const Source& source, const Tube& tube);
