@@ -210,6 +210,13 @@ Result<std::optional<ClusterPin>> ClusterStore::read_or_pass(RecordId id) {
   return std::optional(ClusterPin(*this, record));
 }
 
+// Of the request that is being made: foreseen or not.
+Status ClusterStore::read_requested(std::span<std::byte> image, const StoredRecord& record) {
+  const bool foreseen = foresight_.next_of(record.number) == foresight_.now();
+  return read_image(image, record.id, record.on_disk, uuid_,
+                    foreseen ? Known::kBefore : Known::kNow);
+}
+
 // A request that leaves the arena as it is.
 Status ClusterStore::pass(StoredRecord& record) {
   if (record.coming) {
@@ -217,7 +224,7 @@ Status ClusterStore::pass(StoredRecord& record) {
     leave_slot(record);
   } else {
     const auto image = streamed_.granules(record.granules());
-    ATRIUM_RETURN_IF_ERROR(read_image(image, record.id, record.on_disk, uuid_));
+    ATRIUM_RETURN_IF_ERROR(read_requested(image, record));
   }
   ++counters_.reads;
   counters_.bytes_read += record.length;
@@ -244,9 +251,7 @@ Status ClusterStore::bring_in(StoredRecord& record) {
     const auto slot = find_slot(record.id, record.granules());
     if (!slot.ok()) return slot.status();
     const auto image = arena_->image(*slot, record.granules());
-    const bool told = foreseen() > 0 && foresight_.next_of(record.number) == foresight_.now();
-    const Status status = told ? stream_image(image, record)
-                               : read_image(image, record.id, record.on_disk, uuid_);
+    const Status status = read_requested(image, record);
     if (!status.ok()) {
       arena_->free(*slot, record.granules());
       return status;

@@ -290,8 +290,8 @@ class ClusterStore {
   Result<StoredExtent> write_image(std::span<std::byte> image, RecordId id, std::uint64_t length,
                                    std::uint32_t version, Run& claim);
   Status read_image(std::span<std::byte> image, RecordId id, const StoredExtent& extent,
-                    const StoreUuid& uuid);
-  Status stream_image(std::span<std::byte> image, const StoredRecord& record);  // known ahead
+                    const StoreUuid& uuid, Known known = Known::kNow);
+  Status read_requested(std::span<std::byte> image, const StoredRecord& record);
   Status check_image(std::span<const std::byte> image, RecordId id, const StoredExtent& extent,
                      const StoreUuid& uuid);
   void leave_extent(const StoredExtent& extent);

@@ -27,6 +27,10 @@ namespace atrium {
 // O_DIRECT.
 enum class Io { kMmap, kDirect };
 
+// When a read is known: at its request, or before, so that it is announced
+// (DiskFile::read_announced).
+enum class Known { kNow, kBefore };
+
 class DiskFile {
  public:
   virtual ~DiskFile() = default;

@@ -90,20 +90,12 @@ Result<StoredExtent> ClusterStore::write_image(std::span<std::byte> image, Recor
 }
 
 Status ClusterStore::read_image(std::span<std::byte> image, RecordId id, const StoredExtent& extent,
-                                const StoreUuid& uuid) {
+                                const StoreUuid& uuid, Known known) {
   {
     const IoClock clock(counters_.io_seconds), stall(counters_.stall_seconds);
-    ATRIUM_RETURN_IF_ERROR(pages_->read(extent.first, image));
+    ATRIUM_RETURN_IF_ERROR(pages_->read(extent.first, image, known));
   }
   return check_image(image, id, extent, uuid);
-}
-
-Status ClusterStore::stream_image(std::span<std::byte> image, const StoredRecord& record) {
-  {
-    const IoClock clock(counters_.io_seconds), stall(counters_.stall_seconds);
-    ATRIUM_RETURN_IF_ERROR(pages_->stream(record.on_disk.first, image));
-  }
-  return check_image(image, record.id, record.on_disk, uuid_);
 }
 
 Status ClusterStore::check_image(std::span<const std::byte> image, RecordId id,
@@ -128,7 +120,7 @@ Result<std::span<const std::byte>> ClusterStore::stream_in(RecordId id) {
   const StoredRecord& record = record_of(id);
   ATRIUM_CHECK(record.slot == kNoGranule);
   const auto image = streamed_.granules(record.granules());
-  ATRIUM_RETURN_IF_ERROR(stream_image(image, record));
+  ATRIUM_RETURN_IF_ERROR(read_image(image, id, record.on_disk, uuid_, Known::kBefore));
   ++counters_.streamed_reads;
   counters_.streamed_bytes_read += record.length;
   return std::span<const std::byte>(image.subspan(sizeof(RecordHeader), record.length));

@@ -67,7 +67,7 @@ class MachineFile : public DiskFile {
 // flags: what open(2) takes beside those that follow from `access`. Not open, and errno, on error.
 Descriptor open_descriptor(const std::string& path, DiskAccess access, int flags);
 
-// Bytes, that mapped files may hold of the page cache, all of them together.
+// Bytes that all mapped files together may hold of the page cache.
 inline constexpr std::uint64_t kMostMapped = std::uint64_t{8} << 20;
 
 Result<std::unique_ptr<DiskFile>> open_mapped(const std::string& path, DiskAccess access);

@@ -136,15 +136,10 @@ Result<DiskFile*> PageFile::file_of(std::uint64_t first) {
                 kDamageRemedy);
 }
 
-Status PageFile::read(std::uint64_t first, std::span<std::byte> image) {
+Status PageFile::read(std::uint64_t first, std::span<std::byte> image, Known known) {
   const auto file = file_of(first);
   if (!file.ok()) return file.status();
-  return (*file)->read(byte_of(first), image);
-}
-
-Status PageFile::stream(std::uint64_t first, std::span<std::byte> image) {
-  const auto file = file_of(first);
-  if (!file.ok()) return file.status();
+  if (known == Known::kNow) return (*file)->read(byte_of(first), image);
   (*file)->will_read(byte_of(first), image.size());
   return (*file)->read_announced(byte_of(first), image);
 }

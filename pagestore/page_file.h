@@ -57,8 +57,7 @@ class PageFile {
   void forget_what_is_taken();
 
   Status write(std::uint64_t first, std::span<const std::byte> image);
-  Status read(std::uint64_t first, std::span<std::byte> image);
-  Status stream(std::uint64_t first, std::span<std::byte> image);  // of what is used once
+  Status read(std::uint64_t first, std::span<std::byte> image, Known known);
   // Gets a read under way, to be waited for by its ticket; `queue` is of the same disk.
   Status queue_read(ReadQueue& queue, std::uint64_t first, std::span<std::byte> image,
                     std::uint64_t ticket);

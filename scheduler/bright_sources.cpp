@@ -277,9 +277,9 @@ void add_rays(const Vec3& x, const Vec3& normal, const BrightSource& source, Dra
 
 Result<BrightSources> BrightSources::find(const Model& model, ClusterStore& store) {
   Means means;
-  for (std::size_t c = 0; c < model.clusters.size(); ++c)
-    ATRIUM_RETURN_IF_ERROR(
-        each_receiver(store, ClusterId(c), [&](const PatchView& patch) { means.add(patch); }));
+  const std::vector<ClusterId> clusters = all_clusters(model);
+  ATRIUM_RETURN_IF_ERROR(each_receiver(
+      store, clusters, [&](ClusterId, const PatchView& patch) { means.add(patch); }));
   BrightSources all(model);
   all.is_lamp_.assign(model.patches.size(), false);
   all.has_bright_elements_.assign(model.patches.size(), false);
@@ -296,9 +296,10 @@ Result<BrightSources> BrightSources::find(const Model& model, ClusterStore& stor
     if (bright > 0) add_bright_elements(patch, 0, bright, small, row);
     all.has_bright_elements_[id] = row.size() > before;
   };
-  for (std::size_t c = 0; c < model.clusters.size(); ++c) {
+  foresee(store, clusters);
+  for (const ClusterId c : clusters) {
     row.clear();
-    ATRIUM_RETURN_IF_ERROR(each_receiver(store, ClusterId(c), add));
+    ATRIUM_RETURN_IF_ERROR(each_receiver(store, c, add));
     std::sort(row.begin(), row.end(), [](const BrightSource& a, const BrightSource& b) {
       return std::pair(a.patch, a.element) < std::pair(b.patch, b.element);
     });

@@ -35,7 +35,10 @@ void leave_out_weak(std::vector<CoarseEntry>& row) {
 }  // namespace
 
 CoarseRows::CoarseRows(const CoarseUnits& units, ClusterId receiver)
-    : units_(units), receiver_(receiver), rows_(units.slots(receiver)), begun_(rows_.size(), false) {}
+    : units_(units),
+      receiver_(receiver),
+      rows_(units.slots(receiver)),
+      begun_(rows_.size(), false) {}
 
 void CoarseRows::Entry::add(double by, const Entry& e) {
   share += by * e.share;

@@ -86,30 +86,19 @@ struct Flux {
 
 // Clusters room by room, in the model's order: neighbours in space are neighbours here.
 std::vector<ClusterId> room_by_room(const Model& model) {
-  std::vector<ClusterId> order;
-  for (std::size_t c = 0; c < model.clusters.size(); ++c) order.push_back(ClusterId(c));
+  std::vector<ClusterId> order = all_clusters(model);
   std::stable_sort(order.begin(), order.end(), [&](ClusterId a, ClusterId b) {
     return model.clusters[a.value].room < model.clusters[b.value].room;
   });
   return order;
 }
 
-// Calls `visit` with each patch that receives, room by room.
-Status each_patch(const Model& model, ClusterStore& store,
-                  const std::function<void(ClusterId, const PatchView&)>& visit) {
-  const std::vector<ClusterId> order = room_by_room(model);
-  foresee(store, order);
-  for (const ClusterId c : order)
-    ATRIUM_RETURN_IF_ERROR(
-        each_receiver(store, c, [&](const PatchView& patch) { visit(c, patch); }));
-  return {};
-}
-
 Result<Flux> measure_flux(const Model& model, ClusterStore& store) {
   Flux flux;
   flux.area_of_cluster.assign(model.clusters.size(), 0);
-  const Status read = each_patch(
-      model, store, [&](ClusterId c, const PatchView& patch) { flux.add(c.value, patch); });
+  const Status read = each_receiver(
+      store, room_by_room(model),
+      [&](ClusterId c, const PatchView& patch) { flux.add(c.value, patch); });
   if (!read.ok()) return read;
   return flux;
 }
@@ -206,10 +195,11 @@ Result<std::vector<Sample>> draw_points(const Model& model, ClusterStore& store,
       if (const Element& e = patch.elements[i]; e.leaf())
         whole += flux.due(*patch.head, back, e.area, mean_irradiance(patch, i));
   };
-  ATRIUM_RETURN_IF_ERROR(each_patch(model, store, weigh));
+  const std::vector<ClusterId> order = room_by_room(model);
+  ATRIUM_RETURN_IF_ERROR(each_receiver(store, order, weigh));
   Draw draw(model, bright, flux, whole, settings);
-  ATRIUM_RETURN_IF_ERROR(
-      each_patch(model, store, [&](ClusterId c, const PatchView& patch) { draw.add(c, patch); }));
+  ATRIUM_RETURN_IF_ERROR(each_receiver(
+      store, order, [&](ClusterId c, const PatchView& patch) { draw.add(c, patch); }));
   return draw.take();
 }
 

@@ -207,11 +207,11 @@ std::vector<Spectrum> mends_of(const ClusterView& view, double piece_area,
 
 Result<double> mean_leaf_area(const Model& model, ClusterStore& store) {
   double area = 0, leaves = 0;
-  for (std::size_t c = 0; c < model.clusters.size(); ++c)
-    ATRIUM_RETURN_IF_ERROR(each_receiver(store, ClusterId(c), [&](const PatchView& patch) {
-      area += patch.head->area;
-      leaves += double(std::ranges::count_if(patch.elements, &Element::leaf));
-    }));
+  const auto count = [&](ClusterId, const PatchView& patch) {
+    area += patch.head->area;
+    leaves += double(std::ranges::count_if(patch.elements, &Element::leaf));
+  };
+  ATRIUM_RETURN_IF_ERROR(each_receiver(store, all_clusters(model), count));
   return leaves > 0 ? area / leaves : 0.0;
 }
 

@@ -1,7 +1,5 @@
 #include "scheduler/stored_patches.h"
 
-#include <vector>
-
 namespace atrium {
 
 Status each_receiver(ClusterStore& store, ClusterId cluster,
@@ -19,6 +17,21 @@ void foresee(ClusterStore& store, std::span<const ClusterId> clusters) {
   std::vector<RecordId> records;
   for (const ClusterId c : clusters) records.push_back(record_id(RecordKind::kCluster, c.value));
   store.foresee(records);
+}
+
+Status each_receiver(ClusterStore& store, std::span<const ClusterId> clusters,
+                     const std::function<void(ClusterId, const PatchView&)>& visit) {
+  foresee(store, clusters);
+  for (const ClusterId c : clusters)
+    ATRIUM_RETURN_IF_ERROR(
+        each_receiver(store, c, [&](const PatchView& patch) { visit(c, patch); }));
+  return {};
+}
+
+std::vector<ClusterId> all_clusters(const Model& model) {
+  std::vector<ClusterId> all;
+  for (std::size_t c = 0; c < model.clusters.size(); ++c) all.push_back(ClusterId(c));
+  return all;
 }
 
 // The basis' first function is 1, the others' means are 0.

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <span>
+#include <vector>
 
 #include "engine/cluster_record.h"
 #include "engine/model.h"
@@ -18,6 +19,12 @@ Status each_receiver(ClusterStore& store, ClusterId cluster,
 
 // These clusters are read next, one after the other.
 void foresee(ClusterStore& store, std::span<const ClusterId> clusters);
+
+// The same of clusters one after the other, which are foreseen.
+Status each_receiver(ClusterStore& store, std::span<const ClusterId> clusters,
+                     const std::function<void(ClusterId, const PatchView&)>& visit);
+
+std::vector<ClusterId> all_clusters(const Model& model);  // ascending
 
 // Over an element, lx.
 Spectrum mean_irradiance(const PatchView& patch, std::size_t element);

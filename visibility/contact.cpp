@@ -10,10 +10,8 @@ namespace atrium {
 
 namespace {
 
-using Segment = Contact;
-
 // The part of `line` at least `inset` within every edge of the convex polygon.
-std::optional<Segment> clip_inside(PolygonView polygon, const Vec3& normal, const Segment& line,
+std::optional<Contact> clip_inside(PolygonView polygon, const Vec3& normal, const Contact& line,
                                    double inset) {
   double from = 0, to = 1;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -29,7 +27,7 @@ std::optional<Segment> clip_inside(PolygonView polygon, const Vec3& normal, cons
   }
   const Vec3 d = line.b - line.a;
   if (!((to - from) * length(d) > inset)) return {};
-  return Segment{line.a + from * d, line.a + to * d};
+  return Contact{line.a + from * d, line.a + to * d};
 }
 
 // A surface hovers over a plane where all of it is in front, nearer than this share of its size: a
@@ -47,27 +45,27 @@ bool hovers(PolygonView polygon, const Plane& plane, double tolerance) {
 
 // Its outline, seen along the plane's normal: what it lights or shades below it ends there.
 void add_outline(PolygonView hovering, PolygonView polygon, const Plane& plane, double inset,
-                 std::vector<Segment>& out) {
+                 std::vector<Contact>& out) {
   const auto down = [&](const Vec3& x) { return x - plane.distance(x) * plane.normal; };
   for (std::size_t i = 0; i < hovering.size(); ++i) {
-    const Segment edge{down(hovering[i]), down(hovering[(i + 1) % hovering.size()])};
+    const Contact edge{down(hovering[i]), down(hovering[(i + 1) % hovering.size()])};
     if (const auto inside = clip_inside(polygon, plane.normal, edge, inset)) out.push_back(*inside);
   }
 }
 
 // Merges segments that overlap on one line, within tolerance.
-std::vector<Contact> merge(std::vector<Segment> segments, double tolerance) {
-  std::stable_sort(segments.begin(), segments.end(), [](const Segment& s, const Segment& t) {
+std::vector<Contact> merge(std::vector<Contact> segments, double tolerance) {
+  std::stable_sort(segments.begin(), segments.end(), [](const Contact& s, const Contact& t) {
     return length(s.b - s.a) > length(t.b - t.a);
   });
-  std::vector<Segment> kept;
-  for (Segment s : segments) {
+  std::vector<Contact> kept;
+  for (Contact s : segments) {
     bool grown = true;
     while (grown) {
       grown = false;
       for (std::size_t k = 0; k < kept.size(); ++k) {
-        Segment& longer = length(kept[k].b - kept[k].a) >= length(s.b - s.a) ? kept[k] : s;
-        Segment& other = &longer == &s ? kept[k] : s;
+        Contact& longer = length(kept[k].b - kept[k].a) >= length(s.b - s.a) ? kept[k] : s;
+        Contact& other = &longer == &s ? kept[k] : s;
         const double l = length(longer.b - longer.a);
         const Vec3 u = (longer.b - longer.a) / l;
         auto off_line = [&](const Vec3& x) { return length(cross(x - longer.a, u)); };
@@ -83,10 +81,7 @@ std::vector<Contact> merge(std::vector<Segment> segments, double tolerance) {
     }
     kept.push_back(s);
   }
-  std::vector<Contact> out;
-  out.reserve(kept.size());
-  for (const Segment& s : kept) out.push_back({s.a, s.b});
-  return out;
+  return kept;
 }
 
 }  // namespace
@@ -135,7 +130,7 @@ std::vector<Contact> find_contacts(const Scene& scene, const BoxTree& surfaces,
   std::vector<std::uint32_t> found;
   surfaces.visit(near, [&](std::uint32_t s) { found.push_back(s); });
   std::sort(found.begin(), found.end());
-  std::vector<Segment> segments;
+  std::vector<Contact> segments;
   for (std::uint32_t s : found) {
     const PolygonView other = scene.polygon(scene.surfaces[s]);
     if (hovers(other, plane, scene.tolerance)) add_outline(other, polygon, plane, inset, segments);

@@ -68,10 +68,10 @@ Footprint footprint_of(PolygonView outline, PolygonView piece, const Vec3& norma
 }
 
 // By object, along which lines its surfaces meet the piece's plane.
-std::map<std::uint32_t, std::vector<Contact>> feet_on(const Scene& scene, const BoxTree& surfaces,
-                                                      std::uint32_t own, PolygonView piece,
-                                                      const Plane& plane) {
-  std::map<std::uint32_t, std::vector<Contact>> feet;
+using Feet = std::map<std::uint32_t, std::vector<Contact>>;
+Feet feet_on(const Scene& scene, const BoxTree& surfaces, std::uint32_t own, PolygonView piece,
+             const Plane& plane) {
+  Feet feet;
   surfaces.visit(bounds(piece), [&](std::uint32_t s) {
     if (s == own) return;
     const Surface& surface = scene.surfaces[s];
@@ -85,7 +85,8 @@ std::map<std::uint32_t, std::vector<Contact>> feet_on(const Scene& scene, const 
 void cut_out(PatchPiece piece, std::span<const Plane> rims, double tolerance,
              std::vector<PatchPiece>& out) {
   for (const Plane& rim : rims) {
-    PatchPiece outside = clip(piece, rim, tolerance), inside = clip(piece, rim.flipped(), tolerance);
+    PatchPiece outside = clip(piece, rim, tolerance);
+    PatchPiece inside = clip(piece, rim.flipped(), tolerance);
     if (is_sliver(outside.polygon, tolerance) || is_sliver(inside.polygon, tolerance)) continue;
     out.push_back(std::move(outside));
     piece = std::move(inside);
@@ -95,16 +96,6 @@ void cut_out(PatchPiece piece, std::span<const Plane> rims, double tolerance,
 }
 
 }  // namespace
-
-PatchPiece clip(const PatchPiece& piece, const Plane& plane, double tolerance) {
-  PatchPiece part{clip(piece.polygon, plane, tolerance), {}, piece.footprint};
-  for (const CellPiece& p : piece.pieces) {
-    CellPiece kept{p.cell, clip(p.polygon, plane, tolerance)};
-    if (!kept.polygon.empty()) part.pieces.push_back(std::move(kept));
-  }
-  if (part.pieces.empty()) part.polygon.clear();
-  return part;
-}
 
 std::vector<PatchPiece> cut_at_footprints(const Scene& scene, const BoxTree& surfaces,
                                           double median, std::uint32_t own, PatchPiece piece) {

@@ -19,8 +19,8 @@
 
 namespace atrium {
 
-// Of the median of all area (bsp.h), what a piece's must be; of the piece's, what a footprint's must
-// be; and the most that are cut out of one piece.
+// Of the median of all area (bsp.h), what a piece's must be; of the piece's, what a footprint's
+// must be; and the most that are cut out of one piece.
 inline constexpr double kCutOfMedian = 1.0 / 4;
 inline constexpr double kFootprintWorthACut = 1.0 / 200;
 inline constexpr std::size_t kMostFootprints = 12;
@@ -30,8 +30,5 @@ inline constexpr std::size_t kMostFootprints = 12;
 // surfaces: the tree of all surfaces' boxes. median: m², of all area.
 std::vector<PatchPiece> cut_at_footprints(const Scene& scene, const BoxTree& surfaces,
                                           double median, std::uint32_t own, PatchPiece piece);
-
-// The part of a piece in front of a plane; without pieces where there is none.
-PatchPiece clip(const PatchPiece& piece, const Plane& plane, double tolerance);
 
 }  // namespace atrium

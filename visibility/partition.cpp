@@ -165,8 +165,11 @@ std::vector<LoosePatch> find_patches(const Scene& scene, const Space& space, con
         loose.patch.back = side == kBack;
         loose.patch.inert = inert;
         loose.room = main_room(piece, space.rooms);
-        std::vector<PatchPiece> parts{std::move(piece)};
-        if (!inert) parts = cut_at_footprints(scene, tree, median, i, std::move(parts.front()));
+        std::vector<PatchPiece> parts;
+        if (inert)
+          parts.push_back(std::move(piece));
+        else
+          parts = cut_at_footprints(scene, tree, median, i, std::move(piece));
         for (PatchPiece& part : parts) {
           loose.patch.footprint = part.footprint;
           loose.piece = std::move(part);

@@ -171,4 +171,14 @@ std::vector<PatchPiece> cut_patch(const Bsp& bsp, const std::vector<bool>& lit, 
   return Cutter(bsp, lit, rooms, side).cut(bsp.root, Polygon(polygon.begin(), polygon.end()));
 }
 
+PatchPiece clip(const PatchPiece& piece, const Plane& plane, double tolerance) {
+  PatchPiece part{clip(piece.polygon, plane, tolerance), {}, piece.footprint};
+  for (const CellPiece& p : piece.pieces) {
+    CellPiece kept{p.cell, clip(p.polygon, plane, tolerance)};
+    if (!kept.polygon.empty()) part.pieces.push_back(std::move(kept));
+  }
+  if (part.pieces.empty()) part.polygon.clear();
+  return part;
+}
+
 }  // namespace atrium

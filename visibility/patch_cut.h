@@ -27,4 +27,7 @@ struct PatchPiece {
 std::vector<PatchPiece> cut_patch(const Bsp& bsp, const std::vector<bool>& lit, const Rooms& rooms,
                                   PolygonView polygon);
 
+// The part of a piece in front of a plane; without pieces where there is none.
+PatchPiece clip(const PatchPiece& piece, const Plane& plane, double tolerance);
+
 }  // namespace atrium
