@@ -6,6 +6,7 @@
 #include <Eigen/IterativeLinearSolvers>
 #include <Eigen/SparseCore>
 #include <algorithm>
+#include <numeric>
 
 #include "engine/squared.h"
 
@@ -20,7 +21,7 @@ constexpr double kSolved = 1e-9;
 constexpr int kMostSteps = 500;
 // Share of r that may be left of it, and cycles at most: sweeps leave as much.
 constexpr double kLeft = 0.2;
-constexpr int kMostCycles = 8;
+constexpr std::size_t kMostCycles = 8;
 
 using Channel = std::vector<double>;  // by unit
 
@@ -109,31 +110,80 @@ class UndividedSystem {
   Eigen::BiCGSTAB<SparseRows, Eigen::DiagonalPreconditioner<double>> solver_;
 };
 
-// One step over the units, in their order.
-void smooth(const CoarseMatrix& k, std::size_t channel, double damping, const Channel& r,
-            Channel& x) {
-  for (std::size_t u = 0; u < x.size(); ++u) {
-    double sum = 0;
-    for (const CoarseEntry& e : k[u]) sum += e.share[channel] * x[e.unit];
-    x[u] = r[u] + damping * sum;
-  }
+double product(const Channel& a, const Channel& b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
 }
 
-Channel left_of(const CoarseMatrix& k, std::size_t channel, double damping, const Channel& r,
-                const Channel& x) {
-  Channel left(x.size());
-  for (std::size_t u = 0; u < x.size(); ++u) {
-    double sum = 0;
-    for (const CoarseEntry& e : k[u]) sum += e.share[channel] * x[e.unit];
-    left[u] = r[u] - x[u] + damping * sum;
-  }
-  return left;
+void add(double by, const Channel& more, Channel& to) {
+  for (std::size_t u = 0; u < to.size(); ++u) to[u] += by * more[u];
 }
 
-double square_sum(const Channel& light) {
-  double sum = 0;
-  for (const double x : light) sum += squared(x);
-  return sum;
+// I - K of one channel, damped, over all units.
+class Operator {
+ public:
+  Operator(const CoarseMatrix& k, int channel, double damping)
+      : k_(k), channel_(std::size_t(channel)), damping_(damping) {}
+
+  Channel times(const Channel& x) const {
+    Channel out(x.size());
+    for (std::size_t u = 0; u < x.size(); ++u) out[u] = x[u] - arriving(u, x);
+    return out;
+  }
+  // One step of Gauss and Seidel's from nothing, in the units' order.
+  Channel step(const Channel& r) const {
+    Channel x(r.size(), 0);
+    for (std::size_t u = 0; u < x.size(); ++u) x[u] = r[u] + arriving(u, x);
+    return x;
+  }
+
+ private:
+  double arriving(std::size_t unit, const Channel& x) const {
+    double sum = 0;
+    for (const CoarseEntry& e : k_[unit]) sum += e.share[channel_] * x[e.unit];
+    return damping_ * sum;
+  }
+
+  const CoarseMatrix& k_;
+  const std::size_t channel_;
+  const double damping_;
+};
+
+// Where a direction leads, and what it makes of the residual, by its square.
+struct Direction {
+  Channel x, change;
+  double square = 0;
+};
+
+// x of r: over undivided patches at once, then in cycles of two grids, each taken as far as it
+// makes the residual less, and none undoing what those before it did. What is left has no mean over
+// any patch.
+Channel solve_channel(const UndividedSystem& undivided, const Operator& a, const Channel& r) {
+  Channel x(r.size(), 0);
+  undivided.add_solution(r, x);
+  if (undivided.is_all()) return x;
+  Channel left = r;
+  add(-1, a.times(x), left);
+  const double enough = squared(kLeft) * product(r, r);
+  std::vector<Direction> gone;
+  while (gone.size() < kMostCycles && product(left, left) > enough) {
+    Direction next{a.step(left), {}};
+    Channel still = left;
+    add(-1, a.times(next.x), still);
+    undivided.add_solution(still, next.x);
+    next.change = a.times(next.x);
+    for (const Direction& before : gone) {
+      const double along = product(next.change, before.change) / before.square;
+      add(-along, before.x, next.x);
+      add(-along, before.change, next.change);
+    }
+    next.square = product(next.change, next.change);
+    if (!(next.square > 0)) break;
+    const double far = product(left, next.change) / next.square;
+    add(far, next.x, x);
+    add(-far, next.change, left);
+    gone.push_back(std::move(next));
+  }
+  return x;
 }
 
 }  // namespace
@@ -151,16 +201,9 @@ std::vector<Spectrum> solve_coarse(const CoarseUnits& units, const CoarseMatrix&
   std::vector<Spectrum> found(units.size());
   for (int c = 0; c < kChannels; ++c) {
     undivided.fill(c);
-    Channel r, x(units.size(), 0);
+    Channel r;
     for (const Spectrum& s : light) r.push_back(s[c]);
-    Channel left = r;
-    const double enough = squared(kLeft) * square_sum(r);
-    for (int cycle = 0;; ++cycle) {
-      undivided.add_solution(left, x);
-      if (undivided.is_all() || cycle == kMostCycles || square_sum(left) <= enough) break;
-      smooth(k, std::size_t(c), damping, r, x);
-      left = left_of(k, std::size_t(c), damping, r, x);
-    }
+    const Channel x = solve_channel(undivided, Operator(k, c, damping), r);
     for (std::size_t u = 0; u < x.size(); ++u) found[u][c] = x[u];
   }
   return found;

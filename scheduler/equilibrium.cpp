@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -14,7 +15,7 @@ namespace {
 
 // Bounces that a correction looks ahead: as many as paint of ρ = .99999 asks for and a hundred
 // times more, so that white rooms find their level at once. Where a sweep changes so many times as
-// much as the one before it that was too far.
+// much as the least of its level that was too far.
 constexpr double kFarthest = 1e7;
 constexpr double kGrows = 8, kLessReach = 8;
 // Bounces over which a measured gain is followed: it has noise, which must not grow without bound.
@@ -35,7 +36,7 @@ constexpr double kMostMissed = 0.005;
 
 struct Head {
   std::uint64_t units = 0, sweeps = 0;
-  double reach = 0, last_change = 0;
+  double reach = 0, least_change = 0;
 };
 
 Status of_other_units(RecordKind kind) {
@@ -51,6 +52,7 @@ Equilibrium::Equilibrium(const Model& model, std::span<const ClusterId> order, D
   change_.assign(units(), Spectrum{0});
   beyond_.assign(units(), Spectrum{0});
   pending_.assign(units(), Spectrum{0});
+  light_.assign(units(), Spectrum{0});
   trust_.assign(units(), 1);
   for (auto* sums : {&missed_, &sent_, &left_out_, &detail_share_}) sums->assign(units(), 0);
   reached_.assign(model.clusters.size(), Reached::kNow);
@@ -75,6 +77,7 @@ void Equilibrium::gathered(ClusterId receiver, std::span<const PatchGain> patche
     judge_correction(u, change);
     change_[u] = change;
     beyond_[u] = gains[i].beyond / area;
+    light_[u] += pending_[u] + change;
     pending_[u] = Spectrum{0};
   }
 }
@@ -99,10 +102,10 @@ constexpr std::size_t kByEntry = sizeof(CoarseEntry) + sizeof(double) + sizeof(i
 }  // namespace
 
 std::size_t Equilibrium::bytes() const {
-  // Of each unit: its row's head, light of five kinds, five sums; and, while it is solved for, light
-  // of two kinds, 18 vectors of one channel, and its patch's number and row's head in the copy of a
+  // Of each unit: its row's head, light of six kinds, five sums; and, while it is solved for, light
+  // of two kinds, 32 vectors of one channel, and its patch's number and row's head in the copy of a
   // channel's matrix.
-  constexpr std::size_t kSpectra = 5 + 2, kSums = 5, kVectors = 18;
+  constexpr std::size_t kSpectra = 6 + 2, kSums = 5, kVectors = 32;
   constexpr std::size_t kByUnit = sizeof(std::vector<CoarseEntry>) + kSpectra * sizeof(Spectrum) +
                                   (kSums + kVectors) * sizeof(double) + 3 * sizeof(std::uint32_t);
   return entries_ * kByEntry + units() * kByUnit + units_.bytes() +
@@ -149,7 +152,7 @@ void Equilibrium::set_rows(const CoarseRows& rows) {
 }
 
 void Equilibrium::forget() {
-  last_change_ = 0;
+  least_change_ = 0;
   sweeps_ = 0;
   for (auto* sums : {&missed_, &sent_, &left_out_}) sums->assign(units(), 0);
 }
@@ -171,9 +174,9 @@ void Equilibrium::learn_detail_shares() {
 
 void Equilibrium::correct(double change) {
   if (++sweeps_ <= kLearning) learn_detail_shares();
-  if (last_change_ > 0 && !(change < kGrows * last_change_))
+  if (least_change_ > 0 && !(change < kGrows * least_change_))
     reach_ = std::max(1.0, reach_ / kLessReach);
-  last_change_ = change;
+  least_change_ = least_change_ > 0 ? std::min(least_change_, change) : change;
   std::vector<Spectrum> residual(units());
   for (std::size_t u = 0; u < units(); ++u) {
     residual[u] = -beyond_[u];
@@ -192,7 +195,7 @@ void Equilibrium::solve_for(std::span<const Spectrum> residual) {
   for (std::size_t u = 0; u < units(); ++u) x[u] *= trust_[u];
   for (std::size_t u = 0; u < units(); ++u) {
     if (gathers(u)) {
-      pending_[u] = x[u];
+      pending_[u] = glm::max(x[u], -glm::max(light_[u], Spectrum{0}));
       continue;
     }
     pending_[u] += x[u];
@@ -230,6 +233,7 @@ Status Equilibrium::take_over(ClusterStore& before, std::size_t units_before,
     if (edits[u].before != UnitEdit::kNew) detail_share_[u] = (*shares)[edits[u].before];
   sweeps_ = kLearning;  // shares of detail are of all that sees a unit, and not learnt from a part
   reached_.assign(reached_.size(), Reached::kNot);
+  light_.assign(units(), Spectrum{std::numeric_limits<double>::infinity()});
   solve_for(residual);
   return {};
 }
@@ -259,13 +263,18 @@ bool Equilibrium::anything_pending(ClusterId cluster) const {
 }
 
 void Equilibrium::put_in(ClusterId cluster) {
-  for (std::uint32_t u = units_.first(cluster); u < units_.end(cluster); ++u)
+  for (std::uint32_t u = units_.first(cluster); u < units_.end(cluster); ++u) {
+    light_[u] += pending_[u];
     pending_[u] = Spectrum{0};
+  }
 }
 
 void Equilibrium::spread_gains() {
   const std::vector<Spectrum> x = solve_coarse(units_, k_, 1 - 1 / kGainsReach, change_);
-  for (std::size_t u = 0; u < units(); ++u) pending_[u] = x[u] - change_[u];
+  for (std::size_t u = 0; u < units(); ++u) {
+    pending_[u] = x[u] - change_[u];
+    light_[u] -= change_[u];  // it is put in yet
+  }
 }
 
 namespace {
@@ -279,15 +288,15 @@ Status put_sizes(std::span<const std::vector<CoarseEntry>> rows, PiecesOut& out)
 }  // namespace
 
 // Head, sizes of the rows, their entries, then by unit the change, what of it went beyond, what is
-// pending, owed and came; then its area, the sums of what it sent, its share of detail, and the
-// trust; then by cluster its reach.
+// pending, stored, owed and came; then its area, the sums of what it sent, its share of detail, and
+// the trust; then by cluster its reach.
 Status Equilibrium::save(ClusterStore& store) const {
   PiecesOut out(store, RecordKind::kEquilibrium);
-  const Head head{units(), sweeps_, reach_, last_change_};
+  const Head head{units(), sweeps_, reach_, least_change_};
   ATRIUM_RETURN_IF_ERROR(out.put(std::span(&head, 1)));
   ATRIUM_RETURN_IF_ERROR(put_sizes(k_, out));
   for (const auto& row : k_) ATRIUM_RETURN_IF_ERROR(out.put(std::span(row)));
-  for (const auto* light : {&change_, &beyond_, &pending_, &owed_, &came_})
+  for (const auto* light : {&change_, &beyond_, &pending_, &light_, &owed_, &came_})
     ATRIUM_RETURN_IF_ERROR(out.put(std::span(*light)));
   ATRIUM_RETURN_IF_ERROR(out.put(areas()));
   for (const auto* sums : {&sent_, &missed_, &left_out_, &detail_share_, &trust_})
@@ -308,14 +317,14 @@ Status Equilibrium::restore(ClusterStore& store) {
     ATRIUM_RETURN_IF_ERROR(in.get(row, sizes[u]));
     set_row(std::uint32_t(u), std::move(row));
   }
-  for (auto* light : {&change_, &beyond_, &pending_, &owed_, &came_})
+  for (auto* light : {&change_, &beyond_, &pending_, &light_, &owed_, &came_})
     ATRIUM_RETURN_IF_ERROR(in.get(*light, units()));
   for (auto* sums : {&units_.areas(), &sent_, &missed_, &left_out_, &detail_share_, &trust_})
     ATRIUM_RETURN_IF_ERROR(in.get(*sums, units()));
   ATRIUM_RETURN_IF_ERROR(in.get(reached_, reached_.size()));
   sweeps_ = head[0].sweeps;
   reach_ = head[0].reach;
-  last_change_ = head[0].last_change;
+  least_change_ = head[0].least_change;
   return in.finish();
 }
 

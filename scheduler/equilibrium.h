@@ -15,6 +15,10 @@
 // where paint is white. [facts/radiosity.md, stiffness] What is left to the sweeps are modes inside
 // of units; mixing the last sweeps' unit means (Anderson) does not see them, and made things worse.
 //
+// Light is never negative: no correction takes more of a unit than it has. Its gather would take
+// that back, which is no light that has come, and was sent on as if it were: in the dark inside of
+// a white box, of which rows were a little too much, a hundred times what it was, each sweep.
+//
 // Two things are learnt by unit from sweep to sweep. Trust: a correction that the unit's gather
 // takes back is taken in part the next time; a mean does not tell what a patch sees that sees one
 // corner of a unit. Shares of detail: what links from coarse elements leave out (solver/gather.h).
@@ -167,8 +171,9 @@ class Equilibrium {
   std::vector<Spectrum> change_;                  // lx, of this sweep, by unit
   std::vector<Spectrum> beyond_;                  // lx, of change_, by unit
   double reach_;                                  // bounces that a correction looks ahead
-  double last_change_ = 0;                        // of this level; 0: none yet
+  double least_change_ = 0;                       // of this level; 0: none yet
   std::vector<Spectrum> pending_;                 // lx, by unit
+  std::vector<Spectrum> light_;                   // lx, by unit, as stored; infinite: not known
   std::uint64_t sweeps_ = 0;                      // of this level
   std::vector<double> sent_, missed_, left_out_;  // lm, by unit, of this sweep: UnitDetail's
   std::vector<double> detail_share_;              // by unit

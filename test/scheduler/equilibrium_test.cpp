@@ -134,6 +134,26 @@ TEST_F(TwoPlates, APlateThatIsNotGatheredToIsGivenWhatTheOtherHoldsByK) {
   EXPECT_GT(now.come_by_itself(ClusterId(1u)), given(1) / 2);
 }
 
+// Plates lose half of what they had while K has hardly any get out: it asks for some fifty times
+// that, and takes what is left.
+TEST_F(TwoPlates, NoCorrectionTakesMoreLightThanThereIs) {
+  constexpr float kRow = 0.99f;
+  constexpr double kHad = 1, kLeft = 0.5;
+  const auto gather_all = [&](const auto& change_of) {
+    for (const std::uint32_t c : {0u, 1u}) {
+      const PatchGain gain{Spectrum{change_of(c)}, Spectrum{0}};
+      equilibrium_->set_row(equilibrium_->units_of(ClusterId(c))[0],
+                            {{equilibrium_->units_of(ClusterId(1 - c))[0], {kRow, kRow, kRow}}});
+      equilibrium_->gathered(ClusterId(c), std::span(&gain, 1));
+    }
+    equilibrium_->correct(1);
+  };
+  gather_all([&](std::uint32_t) { return kHad; });
+  EXPECT_GT(pending(0), 10 * kHad);
+  gather_all([&](std::uint32_t c) { return kLeft - kHad - pending(c); });
+  for (const std::uint32_t c : {0u, 1u}) EXPECT_NEAR(pending(c), -kLeft, 1e-9 * kHad);
+}
+
 TEST_F(TwoPlates, WhatASweepTookBeyondItsGathersIsPartOfTheResidual) {
   sweep(1.5);
   EXPECT_NEAR(e_[0] + pending(0), kFirst, kNearly * kFirst);
@@ -211,6 +231,8 @@ class Trust : public testing::Test {
     for (const ClusterId c : order_) {
       const std::uint32_t u = equilibrium_->units_of(c)[0];
       equilibrium_->set_row(u, {{u, {.5, .5, .5}}});
+      const PatchGain plenty{Spectrum{1000}, Spectrum{0}};  // no correction takes all of it
+      equilibrium_->gathered(c, std::span(&plenty, 1));
     }
   }
 
