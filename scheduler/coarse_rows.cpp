@@ -93,8 +93,8 @@ void CoarseRows::add(const Braid& braid, const ClusterView& source,
     if (!units_.divided(unit)) return units_.slot(unit, 1);
     return units_.slot(unit, source.patch(source_patch).elements[element].place);
   };
-  const auto area_of = [&](const Braid::Strand& s, const LinkHead& link) {
-    return s.patch < to.size() ? receiver[s.patch].elements[link.receiver].area
+  const auto area_of = [&](const Braid::Strand& s, const Ends& ends) {
+    return s.patch < to.size() ? receiver[s.patch].elements[ends.receiver].area
                                : groups.groups[s.patch - to.size()].area;
   };
   const auto reflectance_of = [&](std::uint32_t source_patch) -> const Spectrum& {
@@ -102,28 +102,24 @@ void CoarseRows::add(const Braid& braid, const ClusterView& source,
                ? source.patch_head(source_patch).reflectance
                : source.groups().groups[source_patch - from.size()].reflectance;
   };
-  const auto put = [&](const Braid::Strand& s, const LinkHead& link, double coupling) {
-    const double f = coupling * area_of(s, link);
-    const std::size_t row = row_of(s, link.receiver);
-    Entry& e = line_of(row)[column_of(link.source_patch, link.source)];
-    e.share += f * reflectance_of(link.source_patch);
-    e.factors += f;
+  const auto put = [&](const Braid::Strand& s, const Ends& ends, double coupling, double doubt) {
+    const double area = area_of(s, ends), f = coupling * area, d = doubt * area;
+    const std::size_t row = row_of(s, ends.receiver);
+    const Spectrum& reflectance = reflectance_of(ends.source_patch);
+    line_of(row)[column_of(ends.source_patch, ends.source)].add(
+        1, {.share = f * reflectance, .doubt = d * reflectance, .factors = f, .doubts = d});
     rows_[row].linked += f;
+    rows_[row].doubt += d;
   };
   const int order = receiver.front().order;
   const std::size_t k2 = std::size_t(coefficient_count(order)) * coefficient_count(order);
   for (const Braid::Strand& s : braid.strands) {
     for (std::size_t i = s.first_link; i < s.first_link + s.links; ++i)
-      put(s, braid.links[i], braid.couplings[i * k2]);
+      put(s, braid.links[i].ends, braid.couplings[i * k2], braid.links[i].doubt);
     for (const ThinLink& t : std::span(braid.thin).subspan(s.first_thin, s.thin))
-      put(s, t.ends, t.coupling);
-    const std::size_t row = row_of(s, 0);
-    for (const Doubt& d : std::span(braid.doubts).subspan(s.first_doubt, s.doubts)) {
-      Entry& e = line_of(row)[column_of(d.source_patch, 0)];
-      e.doubt += double(d.weight) * reflectance_of(d.source_patch);
-      e.doubts += d.weight;
-      rows_[row].doubt += d.weight;
-    }
+      put(s, t.ends, t.coupling, t.doubt());
+    for (const Doubt& d : std::span(braid.doubts).subspan(s.first_doubt, s.doubts))
+      put(s, d.ends, 0, d.doubt);
   }
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     if (begun_[r]) hand_to_units(line_of(r), braid.source, rows_[r]);

@@ -320,11 +320,11 @@ Closing closing_of(const PatchTree& tree, const RowMean& mean) {
   constexpr double kOpen = 0.1;   // share of directions that leave
   constexpr double kMost = 1.05;  // what the doubts may take off, of what stays
   Closing c;
-  if (!(mean.weight > 0)) return c;
   const double row = mean.form_factors / tree.head.area;
   c.whole = 1 - tree.head.escape;
   c.missing = c.whole - row;
-  c.mean_radiosity = mean.light / mean.weight;
+  if (!(mean.doubts.weight > 0)) return c;
+  c.mean_radiosity = mean.doubts.light / mean.doubts.weight;
   if (row > kMost)
     c.how = tree.head.escape == 0 ? Closing::How::kNoMoreNorLess : Closing::How::kNoMore;
   else if (tree.head.escape <= kOpen)
@@ -332,11 +332,11 @@ Closing closing_of(const PatchTree& tree, const RowMean& mean) {
   return c;
 }
 
-// What is pending becomes part of R.
+// What is pending becomes part of R; inert patches, which no unit is of, have no light.
 void take_pending(const Equilibrium& equilibrium, ClusterId id, Receiver& receiver) {
   const PlacedLight pending = equilibrium.pending(id);
   for (std::size_t p = 0; p < receiver.trees.size(); ++p)
-    add_placed(receiver.trees[p], pending, p);
+    if (!receiver.trees[p].head.inert) add_placed(receiver.trees[p], pending, p);
 }
 
 // 4. Invoke solver PushPull( each patch of R )

@@ -74,7 +74,7 @@ struct Sweep {
 };
 
 // One more with every change of RunState, or of the records beside it that a run goes on from.
-inline constexpr std::uint32_t kRunStateVersion = 18;
+inline constexpr std::uint32_t kRunStateVersion = 19;
 
 struct RunState {
   std::uint32_t version = kRunStateVersion;

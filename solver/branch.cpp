@@ -84,9 +84,13 @@ Branch cut_branch(const PatchTree& tree, std::span<const std::int32_t> feet, std
 }
 
 void renumber(LinkSet& links, std::span<const std::int32_t> origin) {
-  for (LinkHead& l : links.links) l.receiver = static_cast<std::uint32_t>(origin[l.receiver]);
-  for (ThinLink& l : links.thin)
-    l.ends.receiver = static_cast<std::uint32_t>(origin[l.ends.receiver]);
+  const auto renumber_all = [&](auto& items) {
+    for (auto& item : items)
+      item.ends.receiver = static_cast<std::uint32_t>(origin[item.ends.receiver]);
+  };
+  renumber_all(links.links);
+  renumber_all(links.thin);
+  renumber_all(links.doubts);
 }
 
 }  // namespace

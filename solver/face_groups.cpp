@@ -235,15 +235,16 @@ void push_groups(const GroupView& groups, std::span<const PatchTree> trees,
   for (std::size_t i = 0; i < groups.groups.size(); ++i) {
     const FaceGroup& g = groups.groups[i];
     const std::span<const double> received = std::span(slots[trees.size() + i].g);
+    const DoubtSlot doubts = slots[trees.size() + i].doubts[0];
     const RowMean& mean = means[trees.size() + i];
     for (const std::int32_t c : g.child) {
       const std::size_t to = c < 0 ? std::size_t(~c) : trees.size() + std::size_t(c);
       const double share =
           (c < 0 ? trees[to].head.area : groups.groups[std::size_t(c)].area) / g.area;
       for (int n = 0; n < kGatherChannels; ++n) slots[to].g[n] += received[n];
+      slots[to].doubts[0].add(doubts);
       means[to].form_factors += share * mean.form_factors;
-      means[to].light += share * mean.light;
-      means[to].weight += share * mean.weight;
+      means[to].doubts.add(mean.doubts, share);
     }
   }
 }

@@ -24,6 +24,17 @@ void note(std::vector<SentDetail>& details, std::uint32_t patch, double factor, 
   details.back().left_out += factor * detail;
 }
 
+// Of a source of radiosity b.
+DoubtSlot doubt_of(double doubt, const Spectrum& b, double cap) {
+  const double bright = luminance(b);
+  return {doubt, doubt * (bright > cap ? b * (cap / bright) : b)};
+}
+
+void add_doubt(const DoubtSlot& doubt, double area, DoubtSlot& slot, RowMean& mean) {
+  slot.add(doubt);
+  mean.doubts.add(doubt, area);
+}
+
 // The patch that the last link came from, which the next one mostly comes from too.
 class LastSender {
  public:
@@ -43,22 +54,24 @@ class LastSender {
 // a sweep over kept links.
 template <int K>
 void gather_links(const Braid& braid, const Braid::Strand& strand, LastSender& senders,
-                  std::span<const Element> receiver, GatherSlots& slots, RowMean& mean,
-                  std::vector<SentDetail>* details) {
+                  std::span<const Element> receiver, double cap, GatherSlots& slots,
+                  RowMean& mean, std::vector<SentDetail>* details) {
   constexpr std::size_t kStride = std::size_t(K) * kGatherChannels;
   const float* coupling = braid.couplings.data() + std::size_t(strand.first_link) * K * K;
   for (const LinkHead& link : std::span(braid.links).subspan(strand.first_link, strand.links)) {
-    const Sender& from = senders.of(link.source_patch);
-    Radiosity b = from.radiosity(link.source);
-    const double detail = from.detail(link.source);
-    const double area = receiver[link.receiver].area;
+    const Ends& ends = link.ends;
+    const Sender& from = senders.of(ends.source_patch);
+    Radiosity b = from.radiosity(ends.source);
+    const double detail = from.detail(ends.source);
+    const double area = receiver[ends.receiver].area;
+    add_doubt(doubt_of(link.doubt, b[0], cap), area, slots.doubts[ends.receiver], mean);
     if (details) {
       double sent = 0;
       for (int j = 0; j < K; ++j) sent += coupling[j] * luminance(b[j]);
-      note(*details, link.source_patch, coupling[0] * area, sent * area, detail);
+      note(*details, ends.source_patch, coupling[0] * area, sent * area, detail);
     }
     add_detail(from, detail, b[0]);
-    double* g = &slots.g[link.receiver * kStride];
+    double* g = &slots.g[ends.receiver * kStride];
     mean.form_factors += coupling[0] * area;
     for (int i = 0; i < K; ++i, g += kGatherChannels) {
       g[kRowSum] += coupling[i * K];
@@ -130,14 +143,15 @@ void gather(const Braid& braid, const Braid::Strand& strand, const SourceLight& 
   const auto links = order == 1   ? gather_links<coefficient_count(1)>
                      : order == 2 ? gather_links<coefficient_count(2)>
                                   : gather_links<coefficient_count(3)>;
-  links(braid, strand, senders, receiver, slots, mean, details);
+  links(braid, strand, senders, receiver, cap, slots, mean, details);
 
   const std::size_t stride = std::size_t(coefficient_count(order)) * kGatherChannels;
   for (const ThinLink& link : std::span(braid.thin).subspan(strand.first_thin, strand.thin)) {
     const Sender& from = senders.of(link.ends.source_patch);
     Spectrum b = from.mean_radiosity(link.ends.source);
     const double detail = from.detail(link.ends.source);
-    const double factor = link.coupling * receiver[link.ends.receiver].area;
+    const double area = receiver[link.ends.receiver].area, factor = link.coupling * area;
+    add_doubt(doubt_of(link.doubt(), b, cap), area, slots.doubts[link.ends.receiver], mean);
     if (details) note(*details, link.ends.source_patch, factor, factor * luminance(b), detail);
     add_detail(from, detail, b);
     double* g = &slots.g[link.ends.receiver * stride];
@@ -145,11 +159,10 @@ void gather(const Braid& braid, const Braid::Strand& strand, const SourceLight& 
     g[kRowSum] += link.coupling;
     for (int c = 0; c < kChannels; ++c) g[c] += double(link.coupling) * b[c];
   }
-  for (const Doubt& doubt : std::span(braid.doubts).subspan(strand.first_doubt, strand.doubts)) {
-    const Spectrum b = senders.of(doubt.source_patch).mean_radiosity(0);
-    const double bright = luminance(b);
-    mean.light += double(doubt.weight) * (bright > cap ? b * (cap / bright) : b);
-    mean.weight += doubt.weight;
+  for (const Doubt& d : std::span(braid.doubts).subspan(strand.first_doubt, strand.doubts)) {
+    const Spectrum b = senders.of(d.ends.source_patch).mean_radiosity(d.ends.source);
+    add_doubt(doubt_of(d.doubt, b, cap), receiver[d.ends.receiver].area,
+              slots.doubts[d.ends.receiver], mean);
   }
 }
 

@@ -13,12 +13,12 @@
 
 namespace atrium {
 
-// What a patch receives in all, and the mean that closes its row. That the row sums to what does
-// not leave the scene corrects its links by their share of the doubt, as least squares would.
+// What a patch receives in all, and the mean that closes its row where no leaf's own doubts do.
+// That a row sums to what does not leave the scene corrects its links by their share of the doubt,
+// as least squares would.
 struct RowMean {
   double form_factors = 0;  // Σ F A, m²
-  Spectrum light{0};        // Σ doubt min(B, cap): brighter sources are lamps, not the room
-  double weight = 0;        // Σ doubt, m²
+  DoubtSlot doubts;         // Σ A times those of its elements
 };
 
 // What one patch or group of a source sends, looked up once for all links from its elements. It

@@ -17,22 +17,32 @@
 
 namespace atrium {
 
-struct LinkHead {
+struct Ends {
   std::uint32_t receiver = 0;      // element, local to the receiving patch
   std::uint32_t source_patch = 0;  // local to the source cluster
   std::uint32_t source = 0;        // element, local to that patch
 };
 
-struct ThinLink {
-  LinkHead ends;
-  float coupling = 0;
+// How unsure a form factor is, as its variance, is its doubt: what a row misses may be there, in
+// proportion, and there at the element whose row it is.
+struct LinkHead {
+  Ends ends;
+  float doubt = 0;
 };
 
-// How unsure the form factors of a patch to one patch of the source are, those that no ray got
-// through included: what the patch's row misses may be there.
+struct ThinLink {
+  Ends ends;
+  float coupling = 0;
+  double doubt() const {  // one segment got through of one: the rule of succession
+    constexpr double kVariance = 2.0 / 9;
+    return kVariance * double(coupling) * double(coupling);
+  }
+};
+
+// Of a transfer that no ray got through, so that it has no link.
 struct Doubt {
-  std::uint32_t source_patch = 0;  // local to the source cluster
-  float weight = 0;                // m², Σ variance of the form factor × area of the receiver
+  Ends ends;
+  float doubt = 0;
 };
 
 // A pair of patches that was linked as a whole, or not at all, and what may be wrong of that,

@@ -11,6 +11,10 @@ namespace atrium {
 
 namespace {
 
+// Of a leaf's doubts, what the patch's mean counts for: the standard deviation squared of what is
+// hardly in doubt.
+constexpr double kOfPatch = 1e-8;
+
 // H of functions up to linear ones in closed form: in the child's own x and y, which its functions
 // are orthonormal combinations of, the parent's are linear too. The child must be no needle.
 void two_scale_of_linear(std::span<const double> child, std::span<const double> parent,
@@ -63,7 +67,13 @@ void keep_from_negative(std::span<double> g, int channel) {
   mean = 0;
 }
 
-void close_row(std::span<double> g, const Closing& closing) {
+// lm/m², of what the leaf's row misses; the patch's mean as far as its doubts do not explain it.
+Spectrum mean_radiosity(const DoubtSlot& leaf, double missing, const Closing& closing) {
+  const double unexplained = std::max(kOfPatch, squared(missing) - leaf.weight);
+  return (leaf.light + unexplained * closing.mean_radiosity) / (leaf.weight + unexplained);
+}
+
+void close_row(std::span<double> g, const DoubtSlot& doubts, const Closing& closing) {
   if (closing.how == Closing::How::kOpen) return;
   if (too_much(closing)) {
     const double scale = closing.whole / std::max(closing.whole, g[kRowSum]);
@@ -71,11 +81,12 @@ void close_row(std::span<double> g, const Closing& closing) {
     if (closing.how == Closing::How::kNoMore) return;
   }
   const bool each = closing.how != Closing::How::kWholePatch;
+  const Spectrum mean = mean_radiosity(doubts, each ? 1 - g[kRowSum] : closing.missing, closing);
   for (std::size_t a = 0; a < g.size(); a += kGatherChannels) {
     // The row is 1 everywhere: the basis' first function alone.
     const double whole = a == 0 ? 1 : 0;
     const double missing = each ? whole - g[a + kRowSum] : whole * closing.missing;
-    for (int c = 0; c < kChannels; ++c) g[a + c] += missing * closing.mean_radiosity[c];
+    for (int c = 0; c < kChannels; ++c) g[a + c] += missing * mean[c];
     g[a + kRowSum] += missing;
   }
   for (int c = 0; c < kChannels; ++c) keep_from_negative(g, c);
@@ -147,6 +158,7 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
   // Push: children stand behind their parent, so one sweep forward reaches every leaf.
   for (std::size_t i = 1; i < tree.elements.size(); ++i) {
     const std::size_t p = tree.elements[i].parent;
+    slots.doubts[i].add(slots.doubts[p]);
     const std::span<double> scale = scale_of(i);
     two_scale(v, i, scale);
     for (int a = 0; a < k; ++a)
@@ -163,7 +175,7 @@ PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closi
     double old[kMaxCoefficients * kChannels];
     for (int n = 0; n < k * kChannels; ++n) old[n] = e[n];
     if (x.leaf()) {
-      close_row(std::span(g).subspan(i * stride, stride), closing);
+      close_row(std::span(g).subspan(i * stride, stride), slots.doubts[i], closing);
       for (int a = 0; a < k; ++a)
         for (int c = 0; c < kChannels; ++c)
           e[a * kChannels + c] = g[i * stride + a * kGatherChannels + c];

@@ -17,12 +17,31 @@ namespace atrium {
 inline constexpr int kGatherChannels = kChannels + 1;  // the last: row sum of form factors
 inline constexpr int kRowSum = kChannels;
 
-// Gathered coefficients of a tree, elements × K × kGatherChannels.
+// Of what an element's row may miss, or have too much of, doubts of form factors. [link.h] What no
+// ray got through to counts either way: left out where rows are too much, what errors of either sign
+// add and take off would not be alike, and an institute lost 2% of its light.
+struct DoubtSlot {
+  double weight = 0;  // Σ doubt
+  Spectrum light{0};  // Σ doubt min(B, cap): brighter sources are lamps, not the room
+  void add(const DoubtSlot& s, double by = 1) {
+    weight += by * s.weight;
+    light += by * s.light;
+  }
+};
+
+// Gathered coefficients of a tree, elements × K × kGatherChannels, and doubts by element.
 struct GatherSlots {
   std::vector<double> g;
-  void reset(std::size_t elements, int k) { g.assign(elements * k * kGatherChannels, 0.0); }
+  std::vector<DoubtSlot> doubts;
+  void reset(std::size_t elements, int k) {
+    g.assign(elements * k * kGatherChannels, 0.0);
+    doubts.assign(elements, {});
+  }
   // New elements start empty.
-  void grow(std::size_t elements, int k) { g.resize(elements * k * kGatherChannels, 0.0); }
+  void grow(std::size_t elements, int k) {
+    g.resize(elements * k * kGatherChannels, 0.0);
+    doubts.resize(elements);
+  }
 };
 
 // What is known of a row beside its links: how much of it must be there, and what stands in for
@@ -39,7 +58,7 @@ struct Closing {
   How how = How::kOpen;
   double missing = 0;          // kWholePatch: of the patch's mean row
   double whole = 1;            // kNoMore
-  Spectrum mean_radiosity{0};  // lm/m², of what the patch sees
+  Spectrum mean_radiosity{0};  // lm/m², of what the patch sees, where a leaf has no doubts
 };
 
 inline bool too_much(const Closing& c) {
@@ -72,10 +91,10 @@ struct PlaceGain {
   }
 };
 
-// Replaces the tree's E by what was gathered; `slots` is consumed. over: so many times
-// what the gather changes is taken, successive over-relaxation where above 1 [Young 1954], except
-// on leaves that would turn negative. change and change2 are the gather's own. gains: of the patch's
-// first places, added to; empty: nobody asks.
+// Replaces the tree's E by what was gathered; `slots` is consumed. over: so many times what the
+// gather changes is taken, successive over-relaxation where above 1 [Young 1954], except on leaves
+// that would turn negative. change and change2 are the gather's own. gains: of the patch's first
+// places, added to; empty: nobody asks.
 PushPullSums push_pull(PatchTree& tree, GatherSlots& slots, const Closing& closing,
                        double over = 1, std::span<PlaceGain> gains = {});
 

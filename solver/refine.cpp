@@ -18,11 +18,13 @@ namespace {
 // A source's leaf is cut in parts no smaller than this share of it.
 constexpr double kSmallestPart = 1.0 / 64;
 
-// Variance of a thin link's form factor, relative to its square: one segment got through of one.
-constexpr double kThinDoubt = 2.0 / 9;
-// A patch pair's form factor is in doubt where its standard deviation is more than this: ten
+// A transfer that is not seen is in doubt where its standard deviation is more than this: ten
 // thousand such sources leave a hundredth of the row open.
 constexpr double kLeastDoubt = 1e-4;
+
+void note_unseen(const Ends& ends, double doubt, LinkSet& out) {
+  if (doubt > squared(kLeastDoubt)) out.doubts.push_back({ends, static_cast<float>(doubt)});
+}
 
 std::uint32_t mix(std::uint32_t x) {  // a hash of the pair, never a running generator
   x ^= x >> 16;
@@ -128,13 +130,13 @@ std::vector<bool> Refiner::take_over(const Braid& before, const Braid::Strand& s
   }
   const std::size_t k2 = before.links.empty() ? 0 : before.couplings.size() / before.links.size();
   for (std::size_t i = strand.first_link; i < strand.first_link + strand.links; ++i) {
-    if (!stays[before.links[i].source_patch]) continue;
+    if (!stays[before.links[i].ends.source_patch]) continue;
     out.links.push_back(before.links[i]);
     const auto coupling = before.couplings.begin() + std::ptrdiff_t(i * k2);
     out.couplings.insert(out.couplings.end(), coupling, coupling + std::ptrdiff_t(k2));
   }
   for (const Doubt& d : std::span(before.doubts).subspan(strand.first_doubt, strand.doubts))
-    if (stays[d.source_patch]) out.doubts.push_back(d);
+    if (stays[d.ends.source_patch]) out.doubts.push_back(d);
   return stays;
 }
 
@@ -142,14 +144,7 @@ std::vector<bool> Refiner::take_over(const Braid& before, const Braid::Strand& s
 void Refiner::meet_roots(std::int32_t receiver, const Site& site, const Source& source) {
   if (source.patch->head->patch == tree_->head.patch) return;
   if (!facing(site, *source.site, settings_.tolerance)) return;
-  doubt_ = 0;
   descend(receiver, site, source, nullptr);
-  note_doubt(source.patch_index, tree_->elements[branch_ ? branch_->foot : 0].area);
-}
-
-void Refiner::note_doubt(std::uint32_t source_patch, double area) {
-  if (doubt_ > squared(kLeastDoubt) * area)
-    out_->doubts.push_back({source_patch, static_cast<float>(doubt_)});
 }
 
 Refiner::Source Refiner::make_source(const PatchView& patch, std::uint32_t index,
@@ -373,14 +368,14 @@ bool Refiner::descend_source(std::int32_t receiver, const Site& site, const Sour
 void Refiner::full_link(std::int32_t receiver, const Site& site, const Source& source,
                         const Sight& sight, bool by_ray) {
   if (!links(receiver)) return;
-  doubt_ += sight.variance * site.area;
-  if (!(sight.seen.mean > 0)) return;
+  const Ends ends{static_cast<std::uint32_t>(receiver), source.patch_index,
+                  static_cast<std::uint32_t>(source.element)};
+  if (!(sight.seen.mean > 0)) return note_unseen(ends, sight.variance, *out_);
   const int n = coefficient_count(order_);
   const std::size_t at = out_->couplings.size();
   out_->couplings.resize(at + n * n);
   couple(site, *source.site, sight.seen, order_, std::span(out_->couplings).subspan(at, n * n));
-  out_->links.push_back({static_cast<std::uint32_t>(receiver), source.patch_index,
-                         static_cast<std::uint32_t>(source.element)});
+  out_->links.push_back({ends, static_cast<float>(sight.variance)});
   ++counters_.links;
   if (!by_ray) ++counters_.links_without_rays;
 }
@@ -390,12 +385,12 @@ void Refiner::thin_link(std::int32_t receiver, const Site& site, const Source& s
   const std::uint32_t hash = mix(mix(tree_->head.patch * 0x9e3779b9u + receiver) ^
                                  mix(source.patch->head->patch * 0x85ebca6bu + source.element));
   thin_link(receiver, source, {site.eye[hash % site.eyes], site.normal},
-            {source.site->eye[(hash >> 8) % source.site->eyes], source.site->normal}, site.area,
+            {source.site->eye[(hash >> 8) % source.site->eyes], source.site->normal},
             source.site->area);
 }
 
 void Refiner::thin_link(std::int32_t receiver, const Source& source, const SurfacePoint& from,
-                        const SurfacePoint& to, double receiver_area, double source_area) {
+                        const SurfacePoint& to, double source_area) {
   if (!links(receiver)) return;
   const Vec3 d = to.x - from.x;
   const double cx = dot(from.normal, d), cy = -dot(to.normal, d);
@@ -403,10 +398,9 @@ void Refiner::thin_link(std::int32_t receiver, const Source& source, const Surfa
   ++counters_.thin_pairs;
   const double d2 = dot(d, d);
   const double coupling = source_area * cx * cy / (d2 * (std::numbers::pi * d2 + source_area));
-  doubt_ += kThinDoubt * squared(coupling) * receiver_area;
-  waiting_.push_back({{static_cast<std::uint32_t>(receiver), source.patch_index,
-                       static_cast<std::uint32_t>(source.element)},
-                      static_cast<float>(coupling),
+  waiting_.push_back({{{static_cast<std::uint32_t>(receiver), source.patch_index,
+                        static_cast<std::uint32_t>(source.element)},
+                       static_cast<float>(coupling)},
                       from.x,
                       to.x,
                       out_});
@@ -424,11 +418,15 @@ void Refiner::flush() {
     ++counters_.packets;
     around_.rays->occluded16(packet, blocked);
   }
-  for (std::size_t i = 0; i < waiting_.size(); ++i)
-    if (!(blocked >> i & 1)) {
-      waiting_[i].out->thin.push_back({waiting_[i].ends, waiting_[i].coupling});
+  for (std::size_t i = 0; i < waiting_.size(); ++i) {
+    const Waiting& w = waiting_[i];
+    if (blocked >> i & 1) {
+      note_unseen(w.link.ends, w.link.doubt(), *w.out);
+    } else {
+      w.out->thin.push_back(w.link);
       ++counters_.thin_links;
     }
+  }
   waiting_.clear();
 }
 

@@ -78,8 +78,8 @@ class Refiner {
   Refiner(const RefineSettings& settings, const Surroundings& around)
       : settings_(settings), around_(around) {}
 
-  // Before the first link: leaves of R's patches are split along what stands on them, where the light
-  // that is there already jumps by more than their links' errors together may be.
+  // Before the first link: leaves of R's patches are split along what stands on them, where the
+  // light that is there already jumps by more than their links' errors together may be.
   void cut_at_contacts(PatchTree& receiver);
 
   // 3(d) Install( links in Braid(R, S, T) ) for one patch of R: top-level links between visible
@@ -129,8 +129,7 @@ class Refiner {
     double variance = 0;  // of its mean
   };
   struct Waiting {  // a thin link before its ray
-    LinkHead ends;
-    float coupling;
+    ThinLink link;
     Vec3 from, to;
     LinkSet* out;
   };
@@ -159,8 +158,7 @@ class Refiner {
   double scattered_share(const Site& receiver, const Site& source);
   void thin_link(std::int32_t receiver, const Site& site, const Source& source);
   void thin_link(std::int32_t receiver, const Source& source, const SurfacePoint& from,
-                 const SurfacePoint& to, double receiver_area, double source_area);
-  void note_doubt(std::uint32_t source_patch, double area);
+                 const SurfacePoint& to, double source_area);
   static Verdict verdict(const Source& source, const Sight& sight, const Kernel& open, bool by_ray,
                          double spread, double dark, double weighs);
   void full_link(std::int32_t receiver, const Site& site, const Source& source, const Sight& sight,
@@ -198,8 +196,7 @@ class Refiner {
   const Branch* branch_ = nullptr;  // that tree_ is of; null where it is whole
   int order_ = 1;
   std::span<const Spectrum> pending_;  // of the source at hand
-  double doubt_ = 0;                   // m², of the patch pair at hand
-  std::optional<Verdict> verdict_;     // of it, if it needed no refining
+  std::optional<Verdict> verdict_;     // of the patch pair at hand, if it needed no refining
   LinkSet* out_ = nullptr;
   std::vector<Waiting> waiting_;
   const SourceRoots* source_ = nullptr;

@@ -187,9 +187,7 @@ void Refiner::descend_group(const Target& target, const Source& source) {
   Source end = source;
   end.site = &to;
   if (target.group) out_ = &receiver_->sets[receiver_->trees.size() + target.number];
-  doubt_ = 0;
   full_link(target.group ? 0 : target.number, from, end, sight, counters_.rays > rays_before);
-  note_doubt(source.patch_index, r.area);
 }
 
 // What gets through, node pair by node pair. Where all segments agree on what would be heavy in the
@@ -305,10 +303,8 @@ void Refiner::thin_group_link(const Target& target, const Source& source) {
   const int k = int(seed % std::uint64_t(from.nodes)),
             l = int((seed >> 8) % std::uint64_t(to.nodes));
   if (target.group) out_ = &receiver_->sets[receiver_->trees.size() + target.number];
-  doubt_ = 0;
   thin_link(target.group ? 0 : target.number, source, {from.x[k], from.n[k]}, {to.x[l], to.n[l]},
-            from.area, to.area);
-  note_doubt(source.patch_index, from.area);
+            to.area);
 }
 
 double Refiner::misfit(const Target& target, const Site& site, const Kernel& kernel) const {

@@ -21,7 +21,7 @@ std::vector<Braid> braids_to(std::uint32_t receiver, std::uint32_t count) {
   braid.source = ClusterId(receiver);
   braid.strands.push_back({.patch = 0, .links = count});
   for (std::uint32_t i = 0; i < count; ++i) {
-    braid.links.push_back({i, receiver, i});
+    braid.links.push_back({{i, receiver, i}, .5f});
     braid.couplings.push_back(float(receiver) + 0.001f * float(i));
   }
   return {braid};

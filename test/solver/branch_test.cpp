@@ -44,15 +44,17 @@ struct Linked {
 
 Linked collect(const PatchTree& tree, const LinkSet& set) {
   Linked linked{tree, {}, 0};
-  const auto add = [&](const LinkHead& l, float coupling) {
+  const auto add = [&](const Ends& l, float coupling) {
     const Element& x = tree.elements[l.receiver];
     linked.links.emplace_back(x.centroid.x, x.centroid.y, x.area, l.source_patch, l.source,
                               coupling);
   };
   const int k = tree.view().k();
-  for (std::size_t i = 0; i < set.links.size(); ++i) add(set.links[i], set.couplings[i * k * k]);
+  for (std::size_t i = 0; i < set.links.size(); ++i)
+    add(set.links[i].ends, set.couplings[i * k * k]);
   for (const ThinLink& l : set.thin) add(l.ends, l.coupling);
-  for (const Doubt& d : set.doubts) linked.doubt += d.weight;
+  for (const Doubt& d : set.doubts)
+    linked.doubt += d.doubt * tree.elements[d.ends.receiver].area;
   std::ranges::sort(linked.links);
   return linked;
 }

@@ -54,7 +54,7 @@ class Gather : public ::testing::Test {
 
 TEST_F(Gather, LinkCarriesItsMatrixTimesRadiosity) {
   LinkSet set;
-  set.links.push_back({1, 1, 2});
+  set.links.push_back({{1, 1, 2}, 0});
   set.couplings = {.5f, .25f, -.125f, .0625f, .5f, 0, -.25f, 0, .125f};
   run(set, kNoCap);
   for (int a = 0; a < kK; ++a) {
@@ -73,7 +73,7 @@ TEST_F(Gather, LinkCarriesItsMatrixTimesRadiosity) {
 
 TEST_F(Gather, LinksToOneElementAddUp) {
   LinkSet one, two;
-  one.links.push_back({1, 1, 2});
+  one.links.push_back({{1, 1, 2}, 0});
   one.couplings = {.5f, .25f, -.125f, .0625f, .5f, 0, -.25f, 0, .125f};
   run(one, kNoCap);
   const std::vector<double> once = slots_.g;
@@ -160,7 +160,7 @@ TEST_F(Gather, WhatIsPendingOfAPlaceIsReadWithItsElements) {
 TEST_F(Gather, PlaitedSetsAreTheStrands) {
   LinkSet none, thin, both;
   thin.thin.push_back({{2, 1, 1}, 0.25f});
-  both.links.push_back({1, 1, 2});
+  both.links.push_back({{1, 1, 2}, 0});
   both.couplings = {.5f, .25f, -.125f, .0625f, .5f, 0, -.25f, 0, .125f};
   both.thin.push_back({{0, 1, 1}, 0.125f});
   const std::vector<LinkSet> sets{none, both, none, thin, both};
@@ -187,29 +187,39 @@ TEST_F(Gather, PlaitedSetsAreTheStrands) {
   }
 }
 
-// The mean that closes a row is that of the source patches in doubt, by their doubt; one above the
-// cap counts with its colour but not with its brightness.
-TEST_F(Gather, MeanRadiosityIsThatOfTheDoubtfulAndCapped) {
+// What closes a row is the light of what is in doubt, by its doubt, each at the element that it is
+// of; a source above the cap counts with its colour but not with its brightness.
+TEST_F(Gather, DoubtsAreOfTheirElementsAndCapped) {
   LinkSet set;
-  set.doubts.push_back({0, 0.25f});
-  set.doubts.push_back({1, 0.5f});
-  const auto mean_of = [&](std::size_t patch) {
-    const PatchTree& t = trees_[patch];
-    return t.head.exitance + t.head.reflectance * Spectrum{t.e[0], t.e[1], t.e[2]};
+  set.links.push_back({{1, 1, 2}, 0.5f});
+  set.couplings.assign(kK * kK, 0);
+  set.thin.push_back({{2, 1, 0}, 0.75f});
+  set.doubts.push_back({{2, 1, 1}, 0.25f});
+  const auto b1 = [&](std::size_t element) {
+    return Spectrum{radiosity(element, 0, 0), radiosity(element, 0, 1), radiosity(element, 0, 2)};
   };
-  const Spectrum b0 = mean_of(0), b1 = mean_of(1);
-  run(set, kNoCap);
-  EXPECT_EQ(mean_.weight, 0.75);
-  EXPECT_EQ(mean_.form_factors, 0);
-  for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(mean_.light[c], .25 * b0[c] + .5 * b1[c], 1e-12);
-
-  mean_ = {};
-  const double l0 = luminance(b0), l1 = luminance(b1), cap = 0.5 * (l0 + l1);
-  ASSERT_NE(l0, l1);
-  run(set, cap);
-  const double s0 = std::min(1.0, cap / l0), s1 = std::min(1.0, cap / l1);
-  for (int c = 0; c < kChannels; ++c)
-    EXPECT_NEAR(mean_.light[c], .25 * s0 * b0[c] + .5 * s1 * b1[c], 1e-12);
+  const double thin = 2.0 / 9 * .75 * .75;  // one segment got through of one
+  // As much of it as counts.
+  const auto capped = [](const Spectrum& b, double cap) {
+    return b * std::min(1.0, cap / luminance(b));
+  };
+  for (const double cap : {kNoCap, 0.5 * luminance(b1(2))}) {
+    slots_.reset(receiver_.elements.size(), kK);
+    mean_ = {};
+    run(set, cap);
+    const Spectrum one = .5 * capped(b1(2), cap);
+    const Spectrum two = thin * capped(b1(0), cap) + .25 * capped(b1(1), cap);
+    const double area1 = receiver_.elements[1].area, area2 = receiver_.elements[2].area;
+    EXPECT_EQ(slots_.doubts[0].weight, 0);
+    EXPECT_EQ(slots_.doubts[1].weight, .5);
+    EXPECT_NEAR(slots_.doubts[2].weight, thin + .25, 1e-12);
+    EXPECT_NEAR(mean_.doubts.weight, area1 * .5 + area2 * (thin + .25), 1e-12);
+    for (int c = 0; c < kChannels; ++c) {
+      EXPECT_NEAR(slots_.doubts[1].light[c], one[c], 1e-12);
+      EXPECT_NEAR(slots_.doubts[2].light[c], two[c], 1e-12);
+      EXPECT_NEAR(mean_.doubts.light[c], area1 * one[c] + area2 * two[c], 1e-12);
+    }
+  }
 }
 
 }  // namespace

@@ -314,6 +314,37 @@ TEST(Closing, MissingShareComesFromTheRoom) {
   for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(got[c], e[c] + 0.1 * room[c], 1e-12);
 }
 
+// What is in doubt of two halves together is of 100 lm/m², by a weight of 1, and beside it of one of
+// them 700 by 2: what their rows miss comes from 100 and from (100 + 2 × 700) ÷ 3.
+TEST(Closing, MissingShareComesFromWhatIsInDoubtThere) {
+  PatchTree tree = tree_of(shapes()[3], 1);
+  grow(tree, 3);
+  GatherSlots slots;
+  slots.reset(3, 1);
+  for (const std::size_t leaf : {1u, 2u}) slots.g[leaf * kGatherChannels + kRowSum] = 0.9;
+  slots.doubts[0] = {1, Spectrum{100}};
+  slots.doubts[2] = {2, Spectrum{2 * 700}};
+  push_pull(tree, slots, {.how = Closing::How::kEachLeaf, .mean_radiosity = Spectrum{1e6}});
+  constexpr double kOfPatch = 1e-8 * 1e6;  // what hardly counts where there are doubts
+  for (int c = 0; c < kChannels; ++c) {
+    EXPECT_NEAR(tree.e[1 * kChannels + c], 0.1 * 100, kOfPatch);
+    EXPECT_NEAR(tree.e[2 * kChannels + c], 0.1 * 500, kOfPatch);
+  }
+}
+
+// A row misses .2 while its doubts' standard deviation is .1: they explain a quarter of the square,
+// and the rest comes from all that the patch sees.
+TEST(Closing, WhatDoubtsDoNotExplainComesFromAllThatThePatchSees) {
+  PatchTree tree = tree_of(shapes()[3], 1);
+  GatherSlots slots;
+  slots.reset(1, 1);
+  slots.g[kRowSum] = 0.8;
+  slots.doubts[0] = {0.01, Spectrum{0.01 * 1000}};
+  push_pull(tree, slots, {.how = Closing::How::kEachLeaf, .mean_radiosity = Spectrum{100}});
+  const double mean = (0.01 * 1000 + (0.04 - 0.01) * 100) / 0.04;
+  for (int c = 0; c < kChannels; ++c) EXPECT_NEAR(tree.e[std::size_t(c)], 0.2 * mean, 1e-9);
+}
+
 TEST(Closing, OpenRowsAreLeftAsTheyAre) {
   EXPECT_EQ(
       closed({10, 20, 30, 0.9}, {.how = Closing::How::kOpen, .mean_radiosity = Spectrum{100}}),

@@ -462,7 +462,10 @@ TEST(Refine, ReceiverCloseToALargeSourceSeesThePartNextToIt) {
 TEST(Refine, DoubtIsWhereACrowdStandsBetween) {
   const auto weight = [](const Outcome& o) {
     double sum = 0;
-    for (const Doubt& d : o.set.doubts) sum += d.weight;
+    const auto area = [&](const Ends& ends) { return o.tree.elements[ends.receiver].area; };
+    for (const LinkHead& l : o.set.links) sum += l.doubt * area(l.ends);
+    for (const ThinLink& l : o.set.thin) sum += l.doubt() * area(l.ends);
+    for (const Doubt& d : o.set.doubts) sum += d.doubt * area(d.ends);
     return sum;
   };
   const auto past = [&](const std::vector<Polygon>& blockers) {
@@ -557,8 +560,9 @@ struct TwoLevels {
     two.link(receiver, bright_roots, second, stays);
     two.flush();
   }
+  static std::uint32_t source_patch_of(const LinkHead& l) { return l.ends.source_patch; }
   static std::size_t from(const LinkSet& set, std::uint32_t patch) {
-    return std::ranges::count(set.links, patch, &LinkHead::source_patch);
+    return std::ranges::count(set.links, patch, source_patch_of);
   }
 };
 
@@ -574,7 +578,8 @@ TEST(RefineAgain, APairThatWasGoodEnoughKeepsItsLinkBitForBit) {
   EXPECT_GT(TwoLevels::from(levels.second, kNear), TwoLevels::from(levels.first, kNear));
   const auto coupling = [](const LinkSet& set) {
     const std::size_t k2 = set.couplings.size() / set.links.size();
-    const auto i = std::ranges::find(set.links, kFar, &LinkHead::source_patch) - set.links.begin();
+    const auto at_far = std::ranges::find(set.links, kFar, TwoLevels::source_patch_of);
+    const auto i = at_far - set.links.begin();
     const auto at = set.couplings.begin() + i * std::ptrdiff_t(k2);
     return std::vector<float>(at, at + std::ptrdiff_t(k2));
   };
