@@ -46,7 +46,7 @@ struct Patch {
   ClusterId cluster;
   std::uint32_t first_vertex = 0, vertex_count = 0;  // counter-clockwise seen from the lit side
   std::uint8_t back = 0;   // 1: the surface's back
-  std::uint8_t inert = 0;  // 1: the black back of a one-sided surface: blocks, absorbs, no more
+  std::uint8_t inert = 0;  // 1: the back of a one-sided surface, or dark within a solid: blocks
   std::uint8_t footprint = 0;  // 1: of something that stands on the surface: mostly dark
   std::uint8_t reserved = 0;   // no byte of it is by chance: models are kept and compared as bytes
 };

@@ -13,6 +13,7 @@
 #include "visibility/global_oracle.h"
 #include "visibility/patch_cut.h"
 #include "visibility/portal.h"
+#include "visibility/sealed.h"
 
 namespace atrium {
 
@@ -146,7 +147,8 @@ void add_patch(LoosePatch loose, double tolerance, std::vector<LoosePatch>& patc
 
 // What both sides of the surfaces show to lit space.
 std::vector<LoosePatch> find_patches(const Scene& scene, const Space& space, const BoxTree& tree,
-                                     double median, std::span<const std::uint32_t> surfaces,
+                                     const SealedSolids& sealed, double median,
+                                     std::span<const std::uint32_t> surfaces,
                                      std::uint64_t& dark_surfaces) {
   std::vector<LoosePatch> patches;
   for (std::uint32_t i : surfaces) {
@@ -163,7 +165,6 @@ std::vector<LoosePatch> find_patches(const Scene& scene, const Space& space, con
         loose.patch.surface = SurfaceId(i);
         loose.patch.material = s.material;
         loose.patch.back = side == kBack;
-        loose.patch.inert = inert;
         loose.room = main_room(piece, space.rooms);
         std::vector<PatchPiece> parts;
         if (inert)
@@ -171,6 +172,7 @@ std::vector<LoosePatch> find_patches(const Scene& scene, const Space& space, con
         else
           parts = cut_at_footprints(scene, tree, median, i, std::move(piece));
         for (PatchPiece& part : parts) {
+          loose.patch.inert = inert || sealed.darken(part.polygon);
           loose.patch.footprint = part.footprint;
           loose.piece = std::move(part);
           add_patch(loose, scene.tolerance, patches);
@@ -260,10 +262,11 @@ std::vector<ClusterInCell> lay_out_patches(const Scene& scene, const Space& spac
   for (std::uint32_t i = 0; i < scene.surfaces.size(); ++i)
     surfaces_of[scene.surfaces[i].object.value].push_back(i);
   const double median = median_of_area(scene);
+  const SealedSolids sealed(scene, tree);
   std::vector<ClusterInCell> places;
   for (std::uint32_t object = 0; object < surfaces_of.size(); ++object) {
     std::vector<LoosePatch> patches =
-        find_patches(scene, space, tree, median, surfaces_of[object], model.dark_surfaces);
+        find_patches(scene, space, tree, sealed, median, surfaces_of[object], model.dark_surfaces);
     split_crowds(patches, most_of_cluster);
     std::stable_sort(patches.begin(), patches.end(), [](const LoosePatch& a, const LoosePatch& b) {
       return std::tie(a.room, a.part) < std::tie(b.room, b.part);

@@ -88,8 +88,8 @@ TEST(Partition, AFloorIsDarkUnderACrateThatPartsSpaceAndLosesNothingElse) {
   EXPECT_LE(patches_of(model, scene, "room"), 5u + 4u);
 }
 
-// A crate of four sides, open above so that it parts no space: what of the floor is inside is a patch
-// by itself, and the floor loses nothing.
+// A crate of four sides, open above so that it parts no space: what of the floor is inside is a
+// patch by itself, and the floor loses nothing.
 TEST(Partition, AFloorIsCutAlongTheOutlineOfWhatStandsOnIt) {
   SceneBuilder s = room_with_lamp();
   const Vec3 a{2, 1, 0}, u{0.6, 0.3, 0}, v{-0.3, 0.6, 0}, up{0, 0, 0.5};
@@ -106,6 +106,54 @@ TEST(Partition, AFloorIsCutAlongTheOutlineOfWhatStandsOnIt) {
   EXPECT_NEAR(inside, length(u) * length(v), 1e-9);
   EXPECT_NEAR(lit_area(model, scene, "room"), 2 * (5 * 4 + 4 * 3 + 3 * 5), 1e-9);
   EXPECT_EQ(patches_of(model, scene, "room"), 5u + 4u + 1u);
+}
+
+// A crate without a bottom, turned so that it parts no space; both sides of its sheets count.
+// Inside it is dark, for the sheets as for the floor.
+SceneBuilder room_with_crate(const Vec3& a, double height = 0.5) {
+  SceneBuilder s = room_with_lamp();
+  const Vec3 u{0.6, 0.3, 0}, v{-0.3, 0.6, 0}, up{0, 0, height};
+  s.quad("crate", a, u, up, kBothSides).quad("crate", a + u, v, up, kBothSides);
+  s.quad("crate", a + u + v, -u, up, kBothSides).quad("crate", a + v, -v, up, kBothSides);
+  return s.quad("crate", a + up, u, v, kBothSides);
+}
+constexpr double kFootprint = 0.6 * 0.6 + 0.3 * 0.3;  // m²
+constexpr double kRoomShell = 2 * (5 * 4 + 4 * 3 + 3 * 5);
+
+TEST(Partition, InsideAnUpturnedCrateItIsDark) {
+  const Scene scene = room_with_crate({2, 1, 0}).build();
+  const Model model = made(scene);
+  const double side = std::sqrt(kFootprint);
+  EXPECT_NEAR(lit_area(model, scene, "crate"), kFootprint + 4 * side * 0.5, 1e-9);
+  EXPECT_NEAR(lit_area(model, scene, "room"), kRoomShell - kFootprint, 1e-9);
+}
+
+// From floor to ceiling, sealed by either.
+TEST(Partition, InsideAPillarItIsDark) {
+  SceneBuilder s = room_with_lamp();
+  const Vec3 a{1, 1, 0}, u{0.3, 0.1, 0}, v{-0.1, 0.3, 0}, up{0, 0, 3};
+  s.quad("pillar", a, u, up, kBothSides).quad("pillar", a + u, v, up, kBothSides);
+  s.quad("pillar", a + u + v, -u, up, kBothSides).quad("pillar", a + v, -v, up, kBothSides);
+  const Scene scene = s.build();
+  const Model model = made(scene);
+  EXPECT_NEAR(lit_area(model, scene, "pillar"), 4 * std::sqrt(0.1) * 3, 1e-9);
+  EXPECT_NEAR(lit_area(model, scene, "room"), kRoomShell - 2 * 0.1, 1e-9);
+}
+
+// Nothing of that where light may come in: a crate a hand above the floor, one that stands over a
+// step, one with a lamp in it.
+TEST(Partition, ACrateThatIsNotSealedIsLitInside) {
+  const double inside = 2 * (kFootprint + 4 * std::sqrt(kFootprint) * 0.5);
+  const Scene lifted = room_with_crate({2, 1, 0.1}).build();
+  EXPECT_NEAR(lit_area(made(lifted), lifted, "crate"), inside, 1e-9);
+  SceneBuilder step = room_with_crate({2, 1, 0.1});
+  step.box("step", {1.9, 0.9, 0}, {2.3, 2, 0.1});
+  const Scene across = step.build();
+  EXPECT_NEAR(lit_area(made(across), across, "crate"), inside, 1e-9);
+  SceneBuilder lantern = room_with_crate({2, 1, 0});
+  lantern.lamp("bulb", {2.15, 1.45, 0.3}, 0.1);
+  const Scene lit = lantern.build();
+  EXPECT_NEAR(lit_area(made(lit), lit, "crate"), inside, 1e-9);
 }
 
 // What is far too small for it, the feet of a table, cuts no floor.
