@@ -8,6 +8,7 @@
 
 #include "engine/squared.h"
 #include "scheduler/record_pieces.h"
+#include "scheduler/stored_patches.h"
 
 namespace atrium {
 
@@ -114,9 +115,7 @@ std::size_t Equilibrium::bytes() const {
 
 std::uint64_t expected_coarse_bytes(const Model& model) {
   constexpr Division kDivision = Division::kWhereItPays;
-  std::vector<ClusterId> order;
-  for (std::size_t c = 0; c < model.clusters.size(); ++c) order.push_back(ClusterId(c));
-  const Equilibrium equilibrium(model, order, kDivision);
+  const Equilibrium equilibrium(model, all_clusters(model), kDivision);
   const CoarseUnits& units = equilibrium.coarse_units();
   if (units.size() == 0) return 0;
   // As many as pairs of parts, and twice that: rooms of few patches have more a pair of clusters.

@@ -153,9 +153,7 @@ FreshGather::~FreshGather() = default;
 const RayWorld& FreshGather::world_of(ClusterId cluster) {
   if (cluster.valid()) return worlds_.of(cluster);
   if (!everything_) {
-    std::vector<ClusterId> all;
-    for (std::size_t c = 0; c < model_.clusters.size(); ++c) all.push_back(ClusterId(c));
-    everything_ = std::make_unique<RayWorld>(model_, all, RayUse::kAlways);
+    everything_ = std::make_unique<RayWorld>(model_, all_clusters(model_), RayUse::kAlways);
   }
   return *everything_;
 }

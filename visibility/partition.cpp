@@ -262,7 +262,7 @@ std::vector<ClusterInCell> lay_out_patches(const Scene& scene, const Space& spac
   for (std::uint32_t i = 0; i < scene.surfaces.size(); ++i)
     surfaces_of[scene.surfaces[i].object.value].push_back(i);
   const double median = median_of_area(scene);
-  const SealedSolids sealed(scene, tree);
+  const SealedSolids sealed(scene, tree, surfaces_of);
   std::vector<ClusterInCell> places;
   for (std::uint32_t object = 0; object < surfaces_of.size(); ++object) {
     std::vector<LoosePatch> patches =

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -106,8 +107,7 @@ std::optional<Plane> closed_by(const Scene& scene, const BoxTree& surfaces, cons
 // The planes that bound it, outwards; none: it is not sealed.
 std::vector<Plane> planes_of(const Scene& scene, const BoxTree& surfaces, const Shell& shell,
                              PolygonView points) {
-  const auto loops = loops_of(shell.rim);
-  if (shell.branches || !loops) return {};
+  if (shell.branches) return {};
   std::vector<Plane> planes;
   const auto add = [&](const std::optional<Plane>& plane) {
     if (plane) planes.push_back(*plane);
@@ -116,6 +116,8 @@ std::vector<Plane> planes_of(const Scene& scene, const BoxTree& surfaces, const 
   for (const std::uint32_t s : shell.surfaces)
     if (!add(outwards(plane_of(scene.polygon(scene.surfaces[s])), points, scene.tolerance)))
       return {};
+  const auto loops = loops_of(shell.rim);  // last: few shells are convex, and rims may be long
+  if (!loops) return {};
   for (const Polygon& loop : *loops)
     if (!add(closed_by(scene, surfaces, loop, points))) return {};
   constexpr std::size_t kFewest = 4;  // that enclose a volume
@@ -139,13 +141,11 @@ bool within(std::span<const Plane> planes, const Vec3& x, double margin) {
 
 }  // namespace
 
-SealedSolids::SealedSolids(const Scene& scene, const BoxTree& surfaces)
+SealedSolids::SealedSolids(const Scene& scene, const BoxTree& surfaces,
+                           std::span<const std::vector<std::uint32_t>> of_object)
     : boxes_({}), tolerance_(kSliverTolerances * scene.tolerance) {
-  std::map<std::uint32_t, std::vector<std::uint32_t>> of_object;
-  for (std::uint32_t s = 0; s < scene.surfaces.size(); ++s)
-    of_object[scene.surfaces[s].object.value].push_back(s);
   std::vector<Box> boxes;
-  for (const auto& [object, own] : of_object)
+  for (const std::vector<std::uint32_t>& own : of_object)
     for (const Shell& shell : shells_of(scene, own)) {
       Polygon points;
       for (const std::uint32_t s : shell.surfaces)
@@ -153,7 +153,7 @@ SealedSolids::SealedSolids(const Scene& scene, const BoxTree& surfaces)
       std::vector<Plane> planes = planes_of(scene, surfaces, shell, points);
       const Box box = bounds(points);
       if (planes.empty() || lamp_at(scene, surfaces, box)) continue;
-      solids_.push_back({std::move(planes), box});
+      solids_.push_back(std::move(planes));
       boxes.push_back(box);
     }
   boxes_ = BoxTree(std::move(boxes));
@@ -164,7 +164,7 @@ bool SealedSolids::darken(PolygonView polygon) const {
   const Vec3 before = centroid(polygon) + kBefore * tolerance_ * plane_of(polygon).normal;
   bool dark = false;
   boxes_.visit(Box{before, before}, [&](std::uint32_t i) {
-    const std::span<const Plane> planes = solids_[i].planes;
+    const std::span<const Plane> planes = solids_[i];
     dark = dark || (within(planes, before, -0.5 * kBefore * tolerance_) &&
                     std::ranges::all_of(polygon, [&](const Vec3& x) {
                       return within(planes, x, tolerance_);

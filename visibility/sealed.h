@@ -9,6 +9,8 @@
 // across the joint of two surfaces, or next to a lamp, is not sealed. Pure; safe from any thread.
 #pragma once
 
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/geometry.h"
@@ -19,20 +21,16 @@ namespace atrium {
 
 class SealedSolids {
  public:
-  // surfaces: the tree of all surfaces' boxes.
-  SealedSolids(const Scene& scene, const BoxTree& surfaces);
+  // surfaces: the tree of all surfaces' boxes. of_object: by object, those that are its own.
+  SealedSolids(const Scene& scene, const BoxTree& surfaces,
+               std::span<const std::vector<std::uint32_t>> of_object);
 
-  std::size_t size() const { return solids_.size(); }
   // Is all that a polygon, counter-clockwise, faces close by within one solid?
   bool darken(PolygonView polygon) const;
 
  private:
-  struct Solid {
-    std::vector<Plane> planes;  // outwards
-    Box box;
-  };
-  std::vector<Solid> solids_;
-  BoxTree boxes_;  // theirs
+  std::vector<std::vector<Plane>> solids_;  // the planes of each, outwards
+  BoxTree boxes_;                           // theirs
   double tolerance_;
 };
 

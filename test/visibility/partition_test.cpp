@@ -88,13 +88,19 @@ TEST(Partition, AFloorIsDarkUnderACrateThatPartsSpaceAndLosesNothingElse) {
   EXPECT_LE(patches_of(model, scene, "room"), 5u + 4u);
 }
 
+// Four sheets about a parallelogram, of which both sides count; turned, so that they part no space.
+void add_sides(SceneBuilder& s, const std::string& object, const Vec3& a, const Vec3& u,
+               const Vec3& v, const Vec3& up) {
+  s.quad(object, a, u, up, kBothSides).quad(object, a + u, v, up, kBothSides);
+  s.quad(object, a + u + v, -u, up, kBothSides).quad(object, a + v, -v, up, kBothSides);
+}
+
 // A crate of four sides, open above so that it parts no space: what of the floor is inside is a
 // patch by itself, and the floor loses nothing.
 TEST(Partition, AFloorIsCutAlongTheOutlineOfWhatStandsOnIt) {
   SceneBuilder s = room_with_lamp();
   const Vec3 a{2, 1, 0}, u{0.6, 0.3, 0}, v{-0.3, 0.6, 0}, up{0, 0, 0.5};
-  s.quad("crate", a, u, up, kBothSides).quad("crate", a + u, v, up, kBothSides);
-  s.quad("crate", a + u + v, -u, up, kBothSides).quad("crate", a + v, -v, up, kBothSides);
+  add_sides(s, "crate", a, u, v, up);
   const Scene scene = s.build();
   const Model model = made(scene);
   double inside = 0;
@@ -113,8 +119,7 @@ TEST(Partition, AFloorIsCutAlongTheOutlineOfWhatStandsOnIt) {
 SceneBuilder room_with_crate(const Vec3& a, double height = 0.5) {
   SceneBuilder s = room_with_lamp();
   const Vec3 u{0.6, 0.3, 0}, v{-0.3, 0.6, 0}, up{0, 0, height};
-  s.quad("crate", a, u, up, kBothSides).quad("crate", a + u, v, up, kBothSides);
-  s.quad("crate", a + u + v, -u, up, kBothSides).quad("crate", a + v, -v, up, kBothSides);
+  add_sides(s, "crate", a, u, v, up);
   return s.quad("crate", a + up, u, v, kBothSides);
 }
 constexpr double kFootprint = 0.6 * 0.6 + 0.3 * 0.3;  // m²
@@ -132,8 +137,7 @@ TEST(Partition, InsideAnUpturnedCrateItIsDark) {
 TEST(Partition, InsideAPillarItIsDark) {
   SceneBuilder s = room_with_lamp();
   const Vec3 a{1, 1, 0}, u{0.3, 0.1, 0}, v{-0.1, 0.3, 0}, up{0, 0, 3};
-  s.quad("pillar", a, u, up, kBothSides).quad("pillar", a + u, v, up, kBothSides);
-  s.quad("pillar", a + u + v, -u, up, kBothSides).quad("pillar", a + v, -v, up, kBothSides);
+  add_sides(s, "pillar", a, u, v, up);
   const Scene scene = s.build();
   const Model model = made(scene);
   EXPECT_NEAR(lit_area(model, scene, "pillar"), 4 * std::sqrt(0.1) * 3, 1e-9);
